@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The completion token for every Asio operation that a coroutine awaits: errors come back as
-// values. With plain use_awaitable a failed read throws, and then it does not win a race against a
-// timeout.
+// The completion token for every Asio operation that a coroutine awaits. With it errors come back
+// as values. With plain use_awaitable a failed read throws, and an operation that throws does not
+// win a race against a timeout.
 #pragma once
 
 #include <boost/asio/as_tuple.hpp>

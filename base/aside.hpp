@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that takes longer than the thread that runs the instruments may pause: reading a large file,
-// planning two million steps, the finite elements of a specimen, a port that opens slowly.
+// Runs work on a thread of its own when it takes longer than the thread of the instruments may
+// pause: reading a large file, planning two million steps, the finite elements of a specimen,
+// opening a slow port. The daemon uses it.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -22,7 +23,7 @@
 
 namespace lcrig {
 
-// Virtual time stands still while this lives: a thread takes none of it.
+// Stops virtual time while it lives, because a job on another thread takes no virtual time.
 class StillTime {
  public:
   explicit StillTime(Clock& clock) {
@@ -35,7 +36,8 @@ class StillTime {
 
 namespace detail {
 
-// Told on the loop, and waited for there. What was posted to the loop may outlive who waits.
+// The end of a job. `tell` runs on the loop, where the caller waits. The handler that calls it may
+// run after that caller is gone, so both share this object.
 struct Done {
   explicit Done(const asio::any_io_executor& executor) : channel(executor, 1) {}
   void tell() {
@@ -48,9 +50,9 @@ struct Done {
 
 }  // namespace detail
 
-// Runs `job` on a thread of its own and returns what it returned; the loop of `executor` goes on
-// meanwhile. The data that the job uses must not change until then: a caller that is cancelled
-// still waits for it. Virtual time stands still. The caller limits how many jobs are under way.
+// Runs `job` on a thread of its own and returns its result, while the loop of `executor` goes on.
+// The data that the job uses must not change until then, so even a caller that is cancelled waits
+// for the job. Virtual time stands still. Callers limit how many jobs run at once.
 template <class Job>
 Task<std::invoke_result_t<Job&>> run_aside(asio::any_io_executor executor, Clock& clock, Job job) {
   const StillTime still(clock);
@@ -82,9 +84,9 @@ struct Handover {
   Handover(const asio::any_io_executor& e, Job j)
       : job(std::move(j)), executor(e), done(std::make_shared<Done>(e)) {}
   Job job;
-  std::mutex mutex;  // for what follows
+  std::mutex mutex;  // guards the members below
   asio::any_io_executor executor;
-  std::shared_ptr<Done> done;  // nullptr: nobody waits any more, and the loop may be gone
+  std::shared_ptr<Done> done;  // nullptr: the caller is gone, and perhaps the loop too
   std::optional<std::invoke_result_t<Job&>> out;
 };
 
@@ -99,8 +101,8 @@ void work_aside(const std::shared_ptr<Handover<Job>>& shared) {
 
 }  // namespace detail
 
-// The same for a job that owns all it uses and throws nothing: a caller that is cancelled does not
-// wait. nullopt then; what the job returns later is destroyed on its thread.
+// The same for a job that owns all its data and throws nothing: a caller that is cancelled gets
+// nullopt and does not wait. The late result is destroyed on the job's thread.
 template <class Job>
 Task<std::optional<std::invoke_result_t<Job&>>> run_abandonable(asio::any_io_executor executor,
                                                                 Clock& clock, Job job) {
@@ -117,7 +119,7 @@ Task<std::optional<std::invoke_result_t<Job&>>> run_abandonable(asio::any_io_exe
   const auto work = asio::make_work_guard(executor);
   try {
     std::thread([shared] { detail::work_aside(shared); }).detach();
-  } catch (const std::system_error&) {  // no more threads: then here
+  } catch (const std::system_error&) {  // no more threads: run it on this one
     detail::work_aside(shared);
   }
   co_await done->channel.async_receive(kAsResult);

@@ -15,8 +15,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A timer that fires this late means that the process got no processor time. Bytes that arrived in
-// the meantime are still in the kernel.
+// When a timer fires this late, the process had no processor time. Bytes that arrived in the
+// meantime are still in the kernel.
 constexpr Duration kStoodStill = 50ms;
 constexpr Duration kCatchUp = 5ms;  // for reading those bytes
 
@@ -111,7 +111,7 @@ struct VirtualClock::Waiter : Wakeup::Sleeper {
   Waiter& operator=(const Waiter&) = delete;
 
   VirtualClock& clock;
-  std::multimap<MonoTime, Waiter*>::iterator self;  // place in the queue; end() when not queued
+  std::multimap<MonoTime, Waiter*>::iterator self;  // position in the queue; end() when not queued
   bool fired = false;
 };
 

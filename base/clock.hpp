@@ -40,7 +40,7 @@ class VirtualClock final : public Clock {
   std::size_t pending() const { return waiters_.size(); }
   bool advance_to_next();  // false when nobody waits
 
-  // Time does not advance while a Hold exists. Held while another thread works, e.g. on a commit.
+  // Time does not advance while a Hold exists, e.g. while another thread works on a commit.
   class Hold {
    public:
     explicit Hold(VirtualClock& clock) : clock_(&clock) { ++clock_->holds_; }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A condition that coroutines of one thread wait for, instead of asking again and again. Another
-// coroutine, or a callback on this thread, makes it true. The daemon's app, queue and control
-// socket wait so.
+// A condition that coroutines of one thread wait for without polling. Another coroutine, or a
+// callback on this thread, makes it true. Used by the daemon's app, queue and control socket.
 #pragma once
 
 #include <memory>
@@ -16,12 +15,12 @@ class Condition {
  public:
   explicit Condition(Clock& clock) : clock_(clock) {}
 
-  // To be called after each change of something that a coroutine may wait for.
+  // Call this after each change of something that a coroutine may wait for.
   void notify_all() {
     for (Wakeup* sleeper : *sleepers_) sleeper->notify();
   }
 
-  // True as soon as `holds()`; false when the deadline came first. The clock outlives the wait,
+  // True as soon as `holds()`; false when the deadline came first. The clock must outlive the wait;
   // this object need not.
   template <class Holds>
   Task<bool> wait(Holds holds, MonoTime deadline = MonoTime::max()) {
@@ -36,7 +35,7 @@ class Condition {
 
  private:
   using Sleepers = std::vector<Wakeup*>;
-  // One wait, known to the condition for as long as it lasts.
+  // One wait, registered with the condition while it lasts.
   struct Sleeper {
     explicit Sleeper(std::shared_ptr<Sleepers> others) : all(std::move(others)) {
       all->push_back(wakeup.get());

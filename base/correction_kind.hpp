@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two corrections of an LCR meter. The database, the control socket and the command line hold
-// the words.
+// The two corrections of an LCR meter. Their words are part of the database, the control socket and
+// the command line. Used by drivers, storage and the daemon.
 #pragma once
 
 #include "base/enum_words.hpp"

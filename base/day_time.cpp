@@ -49,7 +49,8 @@ std::string to_string(const DayWindow& w) {
                      w.to_min % 60);
 }
 
-// Minute by minute, because an hour of the night may be missing or there twice.
+// Steps minute by minute, because when clocks change an hour of the night is missing or occurs
+// twice.
 std::int64_t next_inside(std::int64_t now_unix_s, const DayWindow& window) {
   if (is_inside(minute_of(now_unix_s), window)) return now_unix_s;
   std::int64_t at = now_unix_s - now_unix_s % 60;

@@ -68,7 +68,7 @@ void append_decimal_shift(std::string& out, double value, int power) {
   for (const char* c = mark + 2; c != end; ++c) exponent = exponent * 10 + (*c - '0');
   if (mark[1] == '-') exponent = -exponent;
   auto count = static_cast<int>(mark - digits);
-  if (count > 1) {  // the first digit moves to the place of the point
+  if (count > 1) {  // the first digit takes the place of the point
     digits[1] = digits[0];
     ++digits;
     --count;
@@ -114,13 +114,13 @@ std::optional<DecimalPlaces> decimal_places(double value) {
   const char* const mark = std::find(begin, end, 'e');
   DecimalPlaces out;
   std::from_chars(mark + (mark[1] == '+' ? 2 : 1), end, out.first);
-  const auto fraction = mark - std::find(begin, mark, '.');  // with its point
+  const auto fraction = mark - std::find(begin, mark, '.');  // including the point
   out.last = out.first - static_cast<int>(std::max<std::ptrdiff_t>(fraction - 1, 0));
   return out;
 }
 
 void append_rounded(std::string& out, double value, int place, int power) {
-  constexpr double kExact = 9007199254740992;  // 2^53; beyond it a double has no digit there
+  constexpr double kExact = 9007199254740992;  // 2^53; a larger double has no digit at that place
   const double steps = value * std::pow(10.0, -place);
   if (!(std::abs(steps) < kExact)) return append_decimal_shift(out, value, power);
   append_decimal_shift(out, std::int64_t{std::llround(steps)}, place + power);

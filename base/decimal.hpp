@@ -21,14 +21,14 @@ void append_decimal_shift(std::string& out, std::int64_t value, int power);
 // division 0.065 / 1000 gives a neighbouring double. Infinities and NaN are returned unchanged.
 double shift_decimal(double value, int power);
 
-// Powers of ten of the first and of the last digit of the shortest decimal that reads back as
-// `value`: of 0.0124 they are -2 and -4. nullopt: zero, or not finite.
+// The powers of ten of the first and the last digit in the shortest decimal that reads back as
+// `value`: -2 and -4 for 0.0124. nullopt: zero, or not finite.
 struct DecimalPlaces {
   int first = 0, last = 0;
 };
 std::optional<DecimalPlaces> decimal_places(double value);
 
-// For what was computed: `value` rounded to a multiple of 10^place, then its point moved by `power`
+// For computed values: rounds `value` to a multiple of 10^place, then moves its point by `power`
 // places. 0.12566666666999998 with -5 and 0 gives 0.12567.
 void append_rounded(std::string& out, double value, int place, int power);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a person finds a page of the documentation. Every message that sends somebody to a page
-// names it by this.
+// Finds a page of the documentation for messages that refer a person to it. Every such message uses
+// this function.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace lcrig {
 
-// "/usr/share/doc/lcrig/docs/lab-setup.md" of "lab-setup"; where no documentation is installed, the
-// place in the sources: "docs/lab-setup.md".
+// "lab-setup" gives "/usr/share/doc/lcrig/docs/lab-setup.md", or "docs/lab-setup.md" in the sources
+// where no documentation is installed.
 std::string doc_page(std::string_view name);
 // The same with another folder of installed documentation; for tests.
 std::string doc_page_in(std::string_view folder, std::string_view name);

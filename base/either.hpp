@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs two coroutines at once: a wait beside its deadline, a step beside its interruption. The same
-// as Asio's `a || b` and `a && b`, whose templates cost each file that uses them five seconds of
-// compile time under the sanitizers; here they are compiled once, for coroutines without a result.
+// Runs two coroutines at once: a wait beside its deadline, a step beside its interruption. It does
+// the same as Asio's `a || b` and `a && b`. Their templates cost each file that uses them five
+// seconds of compile time under the sanitizers; here they are compiled once, for coroutines without
+// a result.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -15,9 +16,9 @@
 
 namespace lcrig {
 
-// Which one ended first, 0 or 1. The other is cancelled (terminal), and its end is waited for.
+// Returns which one ended first, 0 or 1. The other is cancelled (terminal) and awaited.
 Task<std::size_t> first_to_end(Task<> a, Task<> b);
-// Ends when both have; when one throws, the other is cancelled.
+// Ends when both have ended. When one throws, the other is cancelled.
 Task<> both(Task<> a, Task<> b);
 
 namespace detail {
@@ -38,7 +39,8 @@ Task<> keep(Task<T> task, std::optional<Kept<T>>& into) {
 
 }  // namespace detail
 
-// The result of the one that ended first, at its place; as in first_to_end, the other is cancelled.
+// The result of the coroutine that ended first, at its index. The other is cancelled, as in
+// first_to_end.
 template <class A, class B>
 Task<std::variant<detail::Kept<A>, detail::Kept<B>>> either(Task<A> a, Task<B> b) {
   std::optional<detail::Kept<A>> of_a;

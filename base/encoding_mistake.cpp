@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The encoding mistakes of json_mistake.hpp.
+// Recognises files in another encoding than UTF-8, for json_mistake.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@ bool is_big_endian(std::string_view text) {
   return text.starts_with("\xFE\xFF") || text.starts_with('\0');
 }
 
-// A mark at its beginning, or the zero of its first bracket; and its beginning is mostly ASCII, as
-// JSON is. Without that it is anything.
+// UTF-16 begins with a byte order mark, or has a zero byte in its first character. Binary files may
+// do so too, therefore most of the beginning must be ASCII, as it is in JSON.
 bool is_utf16(std::string_view text) {
   const bool marked = text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE");
   const bool half = text.size() >= 2 && (text[0] == '\0') != (text[1] == '\0');
@@ -30,7 +30,7 @@ bool is_utf16(std::string_view text) {
   return 2 * ascii > all;
 }
 
-// Bytes that no text in any encoding begins with.
+// True for control characters near the beginning, which no text has in any encoding.
 bool is_binary(std::string_view text) {
   constexpr std::size_t kBeginning = 512;
   return std::ranges::any_of(text.substr(0, kBeginning), [](unsigned char c) {

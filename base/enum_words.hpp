@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of enumerations, which stand in files, messages, rows and on the command line. An enum
-// whose values count from 0 has one list of them beside it:
+// Gives enumerations their words in files, messages, database rows and on the command line. Used by
+// every enum that is stored, sent or typed. An enum whose values count from 0 has one list of words
+// beside it:
 //
 //   template <>
 //   inline constexpr EnumWords<2> kWordsOf<Lateral>{"free", "confined"};
 //
-// By it `to_string` and everything here know the enum.
+// This list gives the enum its `to_string` and all functions below.
 #pragma once
 
 #include <array>
@@ -21,7 +22,7 @@ namespace lcrig {
 template <std::size_t n>
 using EnumWords = std::array<std::string_view, n>;
 template <class E>
-inline constexpr EnumWords<0> kWordsOf{};  // of an enum without words
+inline constexpr EnumWords<0> kWordsOf{};  // empty for an enum without words
 template <class E>
 concept HasWords = !kWordsOf<E>.empty();
 
@@ -30,8 +31,8 @@ constexpr std::string_view to_string(E value) {
   return kWordsOf<E>[static_cast<std::size_t>(value)];
 }
 
-// Also of an enum with a `to_string` of its own; `last`: its last value. nullopt: no value has this
-// word.
+// Also for an enum that has its own `to_string`. `last` is its last value. nullopt: no value has
+// this word.
 template <class E>
 std::optional<E> parse_word(std::string_view word, E last) {
   for (int i = 0; i <= static_cast<int>(last); ++i) {
@@ -44,7 +45,7 @@ std::optional<E> parse_word(std::string_view word) {
   return parse_word(word, static_cast<E>(kWordsOf<E>.size() - 1));
 }
 
-// For JsonReader::word.
+// The table that JsonReader::word takes.
 template <HasWords E>
 std::vector<std::pair<std::string_view, E>> word_table() {
   std::vector<std::pair<std::string_view, E>> out;

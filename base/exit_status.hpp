@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a run ended. The runner decides it; the database, the control socket and the command line
-// hold its word, which is part of their formats.
+// How a run ended. The runner decides it. Its words are part of the formats of the database, the
+// control socket and the command line.
 #pragma once
 
 #include <optional>
@@ -10,19 +10,19 @@
 
 namespace lcrig {
 
-// `interrupted`: its daemon died, the next one closed the run. `stopped`: it finished what it was
-// asked to finish, and unloaded; the rest of the protocol was left out.
+// `interrupted`: the daemon died, and the next one closed the run. `stopped`: a person asked the
+// run to end early; it completed the part that was asked for and unloaded.
 enum class ExitStatus { success, abort, fail, interrupted, stopped };
-// Nothing went wrong: the specimen is unloaded, and all that was recorded is whole.
+// True when nothing went wrong: the specimen is unloaded and the record is complete.
 constexpr bool ended_well(ExitStatus status) {
   return status == ExitStatus::success || status == ExitStatus::stopped;
 }
 template <>
 inline constexpr EnumWords<5> kWordsOf<ExitStatus>{"success", "abort", "fail", "interrupted",
                                                    "stopped"};
-// Words for a run without an end: it goes on, or nobody records it.
+// Words for a run that has not ended: it still runs, or its recorder is gone.
 inline constexpr std::string_view kRunGoesOn = "running", kRunCutOff = "cut off";
-// `absent` stands for a run that has not ended.
+// `absent` is the word for a run that has not ended.
 inline std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent) {
   return status ? to_string(*status) : absent;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The classes of a load cell, ISO 7500-1: the limits of its error, percent of the reading. Used by
-// the daemon's config file and the command line.
+// The accuracy classes of a load cell by ISO 7500-1, each as its error limit in percent of the
+// reading. Used by the daemon's config file and the command line.
 #pragma once
 
 #include <array>

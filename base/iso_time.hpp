@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times of day as text, for people and other programs. Export and report write them.
+// Times of day as text, for people and other programs. Used by exports and reports.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace lcrig {
 
-// ISO 8601 with milliseconds and offset: "2026-01-31T12:00:00.250+00:00". Always UTC: a run does
-// not know in which time zone it was recorded.
+// ISO 8601 with milliseconds and offset: "2026-01-31T12:00:00.250+00:00". Always UTC, because a run
+// does not record its time zone.
 std::string iso_time(std::int64_t unix_ns);
 
 }  // namespace lcrig

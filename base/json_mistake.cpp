@@ -22,7 +22,7 @@ bool is_word(char c) {
   return is_digit(c) || is_letter(c) || c == '.' || c == '+' || c == '-';
 }
 
-// Walks through the text as JSON's grammar says, up to the first mistake.
+// Walks through the text by the grammar of JSON, up to the first mistake.
 class Walk {
  public:
   explicit Walk(std::string_view text) : text_(text) {
@@ -142,7 +142,7 @@ class Walk {
       wrong(at_, "the two ends of a range stand in a list, with a `,` between them: [0, 1.5]");
     } else if (last_is_number_ && is_digit(c) && open_.back().bracket == '{' &&
                line_of(number_end_) == line_of(at_)) {
-      grouped_number();  // 1 000; in a list a comma is missing
+      grouped_number();  // 1 000; within a list this means a missing comma
     } else if (last_is_text_ && is_letter(c) && at_ == last_end_) {  // "contact, "speed"
       wrong(text_at_, "a `\"` is missing: the text that begins here goes up to the next one");
     } else {
@@ -194,7 +194,7 @@ class Walk {
 
   bool behind_number() const { return expect_ == Expect::comma && last_is_number_; }
 
-  // Digits in groups, between which stands something that is no comma.
+  // Reports a number whose digits are grouped by apostrophes or blanks.
   void grouped_number() {
     const std::size_t begin = number_end_ - last_word_.size();
     while (at_ < text_.size() && (is_word(now()) || now() == '\'' || now() == ' ')) ++at_;
@@ -203,7 +203,7 @@ class Walk {
     wrong(begin, fmt::format("`{}`: the digits of a number stand side by side", all));
   }
 
-  // The typographic quote that stands there; "" when none does.
+  // The typographic quote at `at`; "" when there is none.
   std::string_view curly_quote(std::size_t at) const {
     for (const std::string_view quote : {"\u201C", "\u201D", "\u201E", "\u201F", "\u2018", "\u2019",
                                          "\u201A", "\u00AB", "\u00BB"}) {
@@ -212,7 +212,7 @@ class Walk {
     return {};
   }
 
-  // True for the first byte of a unit that is no ASCII word: µm, °C, Ω.
+  // True at the first character of a unit that is not ASCII: µm, °C, Ω.
   bool begins_unit() const {
     for (const std::string_view sign : {"\u00B5", "\u03BC", "\u00B0", "\u03A9", "\u2126"}) {
       if (text_.substr(at_, sign.size()) == sign) return true;
@@ -220,7 +220,7 @@ class Walk {
     return false;
   }
 
-  // A minus sign or a dash of a text program; "" when none stands here.
+  // The minus sign or dash of a word processor at this place; "" when there is none.
   std::string_view typographic_dash() const {
     for (const std::string_view dash :
          {"\u2212", "\u2010", "\u2011", "\u2012", "\u2013", "\u2014"}) {
@@ -318,7 +318,7 @@ class Walk {
     wrong(begin, fmt::format("`{}`: {}", text, words.empty() ? "a number has no `,`" : words));
   }
 
-  // Behind a backslash. False: it is no escape.
+  // Reads what follows a backslash. False: it is not an escape.
   bool escape() {
     const std::size_t begin = at_ - 1;
     if (now() != 'u') {
@@ -343,7 +343,7 @@ class Walk {
     return false;
   }
 
-  // Four digits behind the `u` at `at`.
+  // The value of the four hex digits after the `u` at `at`.
   std::optional<unsigned> hex_behind(std::size_t at) const {
     unsigned out = 0;
     for (std::size_t i = at + 1; i <= at + 4; ++i) {
@@ -406,7 +406,7 @@ class Walk {
     expect_ = after_value();
   }
 
-  // At most as long as a message can show.
+  // Reads the whole word and returns at most 40 characters of it, as much as a message shows.
   std::string_view take_word() {
     word_at_ = at_;
     while (at_ < text_.size() && is_word(text_[at_])) ++at_;
@@ -418,9 +418,9 @@ class Walk {
   Expect expect_ = Expect::value;
   std::vector<Open> open_;
   std::size_t last_end_ = 0, token_end_ = 0, number_end_ = 0, comma_at_ = 0, word_at_ = 0;
-  std::size_t text_at_ = 0;  // of the last text
+  std::size_t text_at_ = 0;  // where the last text begins
   bool last_is_number_ = false, last_is_text_ = false;
-  std::string_view last_word_;  // the number
+  std::string_view last_word_;  // the last number
   std::optional<JsonMistake> mistake_;
 };
 

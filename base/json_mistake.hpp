@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says what is wrong with a text that is no JSON in the words of a person: a comma that is missing,
-// a decimal comma, a `#` comment. For strict_json, which asks after its parser has refused the
-// text.
+// Explains in a person's words why a text is not JSON: a missing comma, a decimal comma, a `#`
+// comment. strict_json asks it after its parser has refused a text.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +11,17 @@
 namespace lcrig {
 
 struct JsonMistake {
-  std::size_t at = 0;  // byte
+  std::size_t at = 0;  // offset in bytes
   std::string words;
 };
 
-// The mistake of a text that is not UTF-8; nullopt for UTF-8.
+// Why a text is not UTF-8; nullopt when it is.
 std::optional<JsonMistake> find_encoding_mistake(std::string_view text);
-// The ASCII characters of a UTF-16 text, for showing; "?" stands for the others. nullopt: it is not
-// UTF-16.
+// The ASCII characters of a UTF-16 text, with "?" for all others, to show it in a message. nullopt:
+// not UTF-16.
 std::optional<std::string> ascii_of_utf16(std::string_view text);
 
-// The first mistake; nullopt when this knows no better words than the parser.
+// The first mistake; nullopt when the parser's own words are as good.
 std::optional<JsonMistake> find_json_mistake(std::string_view text);
 
 }  // namespace lcrig

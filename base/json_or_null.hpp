@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON of a value that may be missing, which is null then. Messages, rows and the command line have
-// it.
+// Converts an optional value to JSON, with null for a missing one. Used for messages, rows and the
+// command line.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

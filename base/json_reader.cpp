@@ -17,10 +17,10 @@ using nlohmann::json;
 struct JsonReader::State {
   explicit State(JsonDocument d) : document(std::move(d)) {}
   struct Failure {
-    std::string pointer;  // the value that it is about, which may be absent
+    std::string pointer;  // of the value that is wrong, which may be absent
     TextPosition at;
     std::string what;
-    std::vector<std::string> absent;  // one of these keys was expected there
+    std::vector<std::string> absent;  // the keys of which one was expected there
   };
   JsonDocument document;
   std::vector<Failure> failures;
@@ -28,12 +28,12 @@ struct JsonReader::State {
 
 struct JsonReader::Known {
   std::vector<std::string> keys;  // that the object may contain
-  std::vector<std::string> shown;  // as a message names them
+  std::vector<std::string> shown;  // the same, as messages show them
 };
 
 namespace {
 
-// The value that readers return after a failure.
+// The value of readers that have failed.
 const json& nothing() {
   static const json kNothing;
   return kNothing;
@@ -48,8 +48,8 @@ std::string count_words(std::size_t min, std::size_t max) {
   return min == max ? fmt::format("{}", min) : fmt::format("{} to {}", min, max);
 }
 
-// [-0.2, 1,5] is a list of three numbers to JSON, and of two to many people: there is no blank
-// behind the comma.
+// JSON reads [-0.2, 1,5] as three numbers. Many people mean two, with a decimal comma. The missing
+// blank after the comma shows it.
 std::string comma_doubt(const JsonDocument& document, const std::string& list, std::size_t min,
                         std::size_t max) {
   const std::size_t size = document.root()[json::json_pointer(list)].size();
@@ -87,7 +87,7 @@ std::string escaped(std::string_view key) {
   return p.to_string();
 }
 
-// "thickness_(um|mm|m)": how a list of known keys names a quantity.
+// "thickness_(um|mm|m)": how messages list the keys of a quantity.
 std::string key_pattern(std::string_view stem, Dimension d) {
   std::string out;
   for (const Unit& unit : all_units()) {
@@ -96,7 +96,7 @@ std::string key_pattern(std::string_view stem, Dimension d) {
   return fmt::format("{}_({})", stem, out);
 }
 
-// Whether `pointer` names `parent` or something in it: /steps/10 is not in /steps/1.
+// Whether `pointer` is `parent` or lies in it: /steps/10 is not in /steps/1.
 bool is_within(std::string_view pointer, std::string_view parent) {
   return pointer.starts_with(parent) &&
          (pointer.size() == parent.size() || pointer[parent.size()] == '/');
@@ -145,7 +145,7 @@ bool JsonReader::is_related_failure(std::string_view pointer) const {
   });
 }
 
-// In the order of the file, which people correct from its top.
+// Lists failures in the order of the file, because people correct a file from its top.
 Result<> JsonReader::result() const {
   constexpr std::size_t kShown = 20;
   std::multimap<std::pair<int, int>, const State::Failure*> failures;
@@ -173,11 +173,11 @@ std::string JsonReader::last_key() const {
   return pointer_.empty() ? std::string() : json::json_pointer(pointer_).back();
 }
 
-// One failure tells all about its value, its parents and its children: what is said of them later
-// may only follow from it.
+// Adds at most one failure for a value, its parents and its children. A later one may only be a
+// consequence of the first.
 void JsonReader::add(std::string about, TextPosition at, const std::string& what,
                      std::vector<std::string> absent) const {
-  constexpr std::size_t kMost = 200;  // nobody reads more, and each is compared with all
+  constexpr std::size_t kMost = 200;  // nobody reads more, and each new one is compared with all
   if (state_->failures.size() >= kMost || is_related_failure(about)) return;
   state_->failures.push_back(
       {std::move(about), at, located(state_->document, at, pointer_, what), std::move(absent)});
@@ -228,14 +228,15 @@ void JsonReader::missing(std::string_view key, const std::string& what,
       std::move(accepted));
 }
 
-// Removes the mistakes of the object as a whole, such as a missing speed: its mistyped key tells
-// more.
+// Removes failures of the object as a whole, such as a missing speed. The mistyped key, which is
+// reported instead, explains them.
 void JsonReader::forget_own() const {
   std::erase_if(state_->failures,
                 [this](const State::Failure& f) { return f.pointer == pointer_; });
 }
 
-// An unknown key in the place of one that is missing: one mistake, said once.
+// Merges an unknown key and the missing key that it was meant to be into one failure. False: there
+// is no such missing key.
 bool JsonReader::stands_for_missing(const JsonReader& unknown, const std::string& meant) const {
   for (State::Failure& f : state_->failures) {
     if (std::ranges::find(f.absent, meant) == f.absent.end()) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One value of a document as a type of C++; its keys and its messages: json_reader.cpp.
+// Reads one value of a document as a C++ type. Its keys and messages are in json_reader.cpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace lcrig {
 
 using nlohmann::json;
 
-// The value as a message shows it: short, and safe for a terminal.
+// The value as messages show it: short, and safe for a terminal.
 std::string JsonReader::shown() const {
   if (is_object()) return "an object";
   if (is_array()) return "an array";

@@ -26,7 +26,8 @@ std::string without_marks(std::string_view key) {
   return out;
 }
 
-// "rateHz" and "RATE-HZ" for "rate_Hz". In a unit m is milli and M is mega.
+// True for "rateHz" and "RATE-HZ" when "rate_Hz" is known. Letter case counts in the unit, where m
+// is milli and M is mega.
 bool has_letters_of(std::string_view key, std::string_view known) {
   const std::string typed = without_marks(key), meant = without_marks(known);
   if (typed.size() != meant.size()) return false;
@@ -39,7 +40,8 @@ bool has_letters_of(std::string_view key, std::string_view known) {
   return true;
 }
 
-// The known stem that `key` begins with, or is a typing error of. `key` has no known unit then.
+// The known stem that `key` begins with, or that it mistypes. To be asked when `key` has no known
+// unit.
 std::optional<std::string> stem_of(std::string_view key, const std::vector<std::string>& stems) {
   const std::string* longest = nullptr;
   for (const std::string& stem : stems) {
@@ -78,7 +80,7 @@ std::optional<std::string> unit_mistake(std::string_view key, std::span<const st
   for (const std::string& candidate : known) {
     const KeyParts parts = split_key(candidate);
     if (parts.stem != *stem || suffix_of(candidate).empty()) continue;
-    if ((takes + ",").find(candidate + ",") != takes.npos) continue;  // was asked for twice
+    if ((takes + ",").find(candidate + ",") != takes.npos) continue;  // already listed
     takes += (takes.empty() ? "" : ", ") + candidate;
     dimension = parts.dimension();
   }

@@ -36,8 +36,8 @@ class PriorityFlag final : public spdlog::custom_flag_formatter {
   }
 };
 
-// A message may quote an operator's note or an instrument's reply. Escaping it prevents forged log
-// lines and terminal escape codes.
+// Escapes each message, because it may quote an operator's note or an instrument's reply. This
+// prevents forged log lines and terminal escape codes.
 class HarmlessMessage final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& msg, const std::tm&,
@@ -54,8 +54,8 @@ class HarmlessMessage final : public spdlog::custom_flag_formatter {
 constexpr std::size_t kMostWaiting = 1000;  // messages
 constexpr std::chrono::seconds kPatienceAtTheEnd{2};
 
-// Between the thread and the real sinks: says what the queue left out. Called by the thread of
-// `pool` only, which outlives it.
+// Sits between the log thread and the real sinks, and reports how many messages the full queue
+// dropped. Only the thread of `pool` calls it; `pool` outlives it.
 class Counting final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
   Counting(std::vector<spdlog::sink_ptr> sinks, spdlog::details::thread_pool& pool)
@@ -105,7 +105,8 @@ LogThread::LogThread()
   spdlog::set_default_logger(std::move(logger));
 }
 
-// The pool's destructor waits for the sink, which may never return.
+// The pool's destructor waits for the sink, which may never return. Another thread runs it, and
+// this one waits with a limit.
 LogThread::~LogThread() {
   const auto level = direct_->level();
   direct_->set_level(spdlog::level::off);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Set-up of logging to stderr, called by the programs' main(); everybody else includes this header
-// to log. Under systemd each line carries the <N> priority prefix that the journal understands.
+// Sets up logging to stderr. The programs' main() calls it; everybody else includes this header to
+// log. Under systemd each line carries the <N> priority prefix that the journal understands.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ class thread_pool;
 
 namespace lcrig {
 
-// How much is logged: everything first, nothing last.
+// The levels, from the one that logs everything to the one that logs nothing.
 inline constexpr std::array<std::string_view, 6> kLogLevels{"trace", "debug", "info",
                                                             "warn",  "error", "off"};
 inline constexpr const char* kLogLevelWords = "trace, debug, info, warn, error, off";
@@ -26,17 +26,18 @@ inline constexpr const char* kLogLevelWords = "trace, debug, info, warn, error, 
 // escaped by `printable`.
 bool set_up_logging(std::string_view level);
 
-// Changes the level after set_up_logging, also while other threads log. False: no such word.
+// Changes the level after set_up_logging, also while other threads log. False: not one of the
+// words.
 bool set_log_level(std::string_view level);
 
-// While it lives, messages are written by a thread of their own: a journal, terminal or disk that
-// takes nothing must not hold up the thread that runs the instruments. The newest thousand wait;
-// older ones are left out, and the next line that is written says how many. One at a time.
+// While it lives, a thread of its own writes the messages, so that a stalled journal, terminal or
+// disk does not hold up the thread of the instruments. The newest thousand messages wait. Older
+// ones are dropped, and the next line that is written says how many. Only one may exist at a time.
 class LogThread {
  public:
   LogThread();
-  // Writes what waits, then messages are written by their own threads again. What takes longer than
-  // 2 s is given up, and nothing more is logged.
+  // Writes the waiting messages; afterwards each thread writes its own again. If that takes longer
+  // than 2 s, it gives up and nothing more is logged.
   ~LogThread();
   LogThread(const LogThread&) = delete;
   LogThread& operator=(const LogThread&) = delete;

@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kLongestWord = 64;  // nobody mistypes more; keeps the table small
+constexpr std::size_t kLongestWord = 64;  // longer words are not compared; this bounds the table
 
 // Optimal string alignment: insertions, deletions, changes and swaps of neighbours cost one each.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -46,8 +46,8 @@ std::vector<std::string_view> parts_of(std::string_view word) {
   return out;
 }
 
-// A part of which no letter is left carries a meaning of its own: Cp-Q is no slip for Cp-D, nor
-// paper-9 for paper-1.
+// True when some part has no letter in common with its counterpart. Such a part was meant: Cp-Q is
+// not a slip for Cp-D, nor paper-9 for paper-1.
 bool is_another(std::string_view a, std::string_view b) {
   const auto left = parts_of(a), right = parts_of(b);
   if (left.size() < 2 || left.size() != right.size()) return false;
@@ -63,7 +63,7 @@ std::vector<std::string> nearest_words(std::string_view word, std::span<const st
   std::vector<std::string> best;
   if (word.empty() || word.size() > kLongestWord) return best;
   const std::string typed = lower_case(word);
-  // A word of which no letter is left is another one.
+  // At least one letter must be left of the typed word.
   std::size_t nearest = std::min(std::max<std::size_t>(1, word.size() / 3), word.size() - 1);
   for (const std::string& candidate : known) {
     if (candidate.size() > 2 * kLongestWord || is_another(typed, lower_case(candidate))) continue;

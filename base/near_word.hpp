@@ -11,14 +11,15 @@
 
 namespace lcrig {
 
-// The words of `known` that `word` may be a typing error of, or the beginning of; all that fit
-// equally well. Capital letters count as small ones.
+// The words of `known` that `word` may mistype or begin. All that fit equally well are returned.
+// Upper and lower case count as equal.
 std::vector<std::string> nearest_words(std::string_view word, std::span<const std::string> known);
-// The one that fits; nullopt also when two fit equally, because it is not known which was meant.
+// The one word that fits; nullopt also when two fit equally well, because either may be meant.
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
-// "`force_N`", "`free` or `fixed`"; "" of more than two, which say nothing.
+// One or two words as a choice: "`force_N`", "`free` or `fixed`". "" for more than two, which are
+// no help.
 std::string alternatives(std::span<const std::string> words, char quote);
-// How a guess is put.
+// How a message words a guess.
 struct GuessStyle {
   std::string_view lead;
   char quote;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a number that somebody wrote into a file, a command line or the line of an instrument. All
-// programs use it.
+// Reads a number that stands in a file, on a command line or in an instrument's line. All programs
+// use it.
 #pragma once
 
 #include <charconv>
@@ -11,7 +11,7 @@
 
 namespace lcrig {
 
-// The number that `text` is, from its first character to its last. Not of "+1", "inf" or "nan".
+// `text` as a number; nullopt unless all of it is one. Refuses "+1", "inf" and "nan".
 template <class T>
 std::optional<T> number_from(std::string_view text) {
   T value{};
@@ -20,8 +20,7 @@ std::optional<T> number_from(std::string_view text) {
   return value;
 }
 
-// Advice for "1,5" and "1,000"; the second is ambiguous. "" when `text` is no number with a comma
-// in it.
+// Advice for "1,5" and for the ambiguous "1,000". "" when `text` is not a number with a comma.
 inline std::string comma_words(std::string_view text) {
   const auto digits = [](std::string_view part) {
     return !part.empty() && part.find_first_not_of("0123456789") == part.npos;
@@ -39,8 +38,8 @@ inline std::string comma_words(std::string_view text) {
   return "a decimal number is written with a point: " + first + "." + second;
 }
 
-// Why `text` is no number, where people write it as one: "−5", "+5", "1e999", "1,5", "12 um" (only
-// with the unit `unit`). "": no such reason is known.
+// Why a text that people take for a number is not one: "−5", "+5", "1e999", "1,5", "12 um" (only
+// when `unit` is that unit). "": no such reason is known.
 std::string number_words(std::string_view text, std::string_view unit = {});
 
 }  // namespace lcrig

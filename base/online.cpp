@@ -25,7 +25,8 @@ void RunningLine::add(double x, double y, double weight) {
     if (sxx_ > 0) {
       const double error = dy - sxy_ / sxx_ * dx;
       residual_ss_ += error * error / (shorter + dx * dx / sxx_);
-    } else if (dx == 0) {  // else two different x: the line goes through both
+    } else if (dx == 0) {  // else: the second different x, where the line passes through both
+                           // points
       residual_ss_ += dy * dy / shorter;
     }
     sxx_ += dx * dx / shorter;

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimators that are fed value by value and keep none of them: a mean and a straight line with
-// their scatter. The analysis and the budget use them, and what a run decides while it goes on.
+// Estimators that take values one by one and store none of them: a mean and a straight line, with
+// their scatter. Used by the analysis, by the budget and by decisions during a run.
 #pragma once
 
 #include <cstdint>
 
 namespace lcrig {
 
-// In the unit of the caller.
+// In the unit of the added values.
 struct RunningMean {
   std::int64_t count = 0;
   double mean = 0;
   double sum_squares = 0;  // about the mean
   void add(double y);
-  double variance() const { return sum_squares / static_cast<double>(count - 1); }  // of a value
-  double mean_se() const;  // when the values do not depend on each other; two or more
+  double variance() const { return sum_squares / static_cast<double>(count - 1); }  // of one value
+  double mean_se() const;  // for independent values; needs two or more
 };
 
-// y = y_mean + slope (x - x_mean). What a point adds to the sum of squared residuals is its error
-// of prediction by the line so far, squared and shortened: only positive terms, so that nothing
-// cancels, as it would in syy - sxy^2 / sxx.
+// y = y_mean + slope (x - x_mean). Each point adds its squared error of prediction by the line so
+// far, divided by a factor, to the sum of squared residuals. All terms are positive, so nothing
+// cancels as it would in syy - sxy^2 / sxx.
 class RunningLine {
  public:
   void add(double x, double y, double weight = 1);
@@ -28,11 +28,11 @@ class RunningLine {
   double weights() const { return weights_; }
   double x_mean() const { return x_; }
   double y_mean() const { return y_; }
-  double sxx() const { return sxx_; }  // weighted, about the means; 0: all x are alike
+  double sxx() const { return sxx_; }  // weighted, about the means; 0: all x are equal
   double sxy() const { return sxy_; }
   double residual_ss() const { return residual_ss_; }
   double slope() const { return sxy_ / sxx_; }
-  double slope_se() const;  // from the residuals of three or more points
+  double slope_se() const;  // from the residuals; needs three or more points
 
  private:
   std::int64_t count_ = 0;

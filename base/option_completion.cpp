@@ -37,7 +37,8 @@ std::optional<std::string> completion_of(const CLI::App& app,
                                          const std::map<std::string, OptionValues>& values,
                                          std::span<const char* const> arguments) {
   if (arguments.size() < 2 || std::string_view(arguments[0]) != "__complete") return std::nullopt;
-  const std::vector<std::string> words(arguments.begin() + 2, arguments.end());  // behind "--"
+  const std::vector<std::string> words(arguments.begin() + 2, arguments.end());  // the words after
+                                                                                 // "--"
   const std::string word = words.empty() ? "" : words.back();
   const std::string before = words.size() < 2 ? "" : words[words.size() - 2];
   const auto offered = [&](const std::string& option, std::string_view prefix) {
@@ -49,7 +50,7 @@ std::optional<std::string> completion_of(const CLI::App& app,
   if (equals != word.npos) {
     return offered(word.substr(0, equals), std::string_view(word).substr(0, equals + 1));
   }
-  return options_of(app);  // it takes nothing else
+  return options_of(app);  // the program takes nothing but options
 }
 
 }  // namespace lcrig

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Completion in the shell for the programs without subcommands: lcrigd and lcrig-sim. The shell
-// asks `PROGRAM __complete -- WORD...`, as it asks lcrig, and gets the same form of answer: how
-// files are offered, then a line for each word, a tab, and what it is (tools/completion/).
+// Shell completion for the programs without subcommands: lcrigd and lcrig-sim. The shell asks
+// `PROGRAM __complete -- WORD...`, as it asks lcrig, and the answer has the same form: how files
+// are offered, then one line for each word with a tab and its explanation (tools/completion/).
 #pragma once
 
 #include <map>
@@ -21,7 +21,8 @@ struct OptionValues {
   std::vector<std::string> words;
 };
 
-// `values`: of options that are not given a number, by name ("--bench"). nullopt: nobody asks.
+// `values`: by name ("--bench"), the values of options that do not take a number. nullopt: this is
+// no request for completion.
 std::optional<std::string> completion_of(const CLI::App& app,
                                          const std::map<std::string, OptionValues>& values,
                                          std::span<const char* const> arguments);

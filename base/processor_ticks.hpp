@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the processors of this computer did since it was started, by /proc/stat. The daemon's
-// metrics and `lcrig doctor` tell how much of it the host of a virtual machine took away.
+// Reads from /proc/stat what the processors did since the computer was started. The daemon's
+// metrics and `lcrig doctor` show from it how much time the host of a virtual machine took away.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace lcrig {
 
-struct ProcessorTicks {  // of all processors
+struct ProcessorTicks {  // summed over all processors
   double all = 0, steal = 0;
 };
-// nullopt: the file does not tell it.
+// nullopt: the file does not contain it.
 std::optional<ProcessorTicks> read_processor_ticks(const std::filesystem::path& proc_stat);
 
 }  // namespace lcrig

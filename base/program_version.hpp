@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The version of these programs with the commit that they were built from, and how many commits led
-// to it: "0.1.0+870.g6009c7e12345", with ".dirty" behind it when files differed from that commit,
-// or "0.1.0" from sources without their history. Shown by every program, stored with each run, and
-// the version of the Debian package. cmake/program_version.cmake writes its definition.
+// The version of these programs, shown by each of them, stored with each run, and used for the
+// Debian package. It contains the number of commits and the commit that they were built from:
+// "0.1.0+870.g6009c7e12345", with ".dirty" behind it when files differed from that commit, or
+// "0.1.0" when the sources come without their history. cmake/program_version.cmake writes its
+// definition.
 #pragma once
 
 #include <string_view>

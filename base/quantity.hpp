@@ -54,7 +54,8 @@ using Frequency = Quantity<0, 0, -1, 0>;
 using Voltage = Quantity<2, 1, -3, -1>;
 using Capacitance = Quantity<-2, -1, 4, 2>;
 
-inline constexpr double kStandardGravity_m_s2 = 9.80665;  // where nobody states the local one
+inline constexpr double kStandardGravity_m_s2 = 9.80665;  // used where the local value is not
+                                                          // stated
 
 inline namespace literals {
 // A literal is the SI value times the unit's factor.

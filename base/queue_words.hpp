@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 // Enumerations of the queue and of batches, each with its words (docs/queue.md). The daemon decides
-// by them; the database, the control socket, batch files and the command line hold the words, which
-// are part of their formats.
+// by the enums. Their words are part of the formats of the database, the control socket, batch
+// files and the command line.
 #pragma once
 
 #include "base/enum_words.hpp"
 
 namespace lcrig {
 
-// State of an entry. In the queue: the first four. `running`, `interrupted` and `failed` are at its
-// head only.
+// State of an entry. The first four occur in the queue; `running`, `interrupted` and `failed` only
+// at its head.
 enum class EntryState { waiting, running, interrupted, failed, done, skipped, removed };
 template <>
 inline constexpr EnumWords<7> kWordsOf<EntryState>{"waiting", "running", "interrupted", "failed",
                                                    "done",    "skipped", "removed"};
 
-// The reason why the queue does not go.
+// Why the queue does not start the next entry.
 enum class HoldCause {
   not_started,
-  person,  // said so
-  restart,  // of lcrigd
-  empty,  // nothing is left in it
+  person,  // a person held it
+  restart,  // lcrigd was restarted
+  empty,  // no entry is left
   not_standing,  // this and the next four: a Hazard (daemon/queue/hazard.hpp)
   left_loaded,
   frame_fault,
   limit,
   other_instrument,
   aborted,  // a person or a signal stopped the run
-  failure,  // of an entry whose terms say so, or that no terms may decide on
-  look,  // the same: one more attempt once a person has looked
+  failure,  // an entry failed: its terms say to hold, or no terms may decide about this failure
+  look,  // an entry failed: it gets one more attempt once a person has looked
   too_many_failures,
-  clock_step,  // somebody set the clock while an entry waited for a time
+  clock_step,  // somebody set the clock while an entry waited for a time of day
   bug
 };
 template <>
@@ -40,38 +40,40 @@ inline constexpr EnumWords<15> kWordsOf<HoldCause>{
     "other_instrument",  "aborted",     "failure",     "look",
     "too_many_failures", "clock_step",  "bug"};
 
-// Something that the first entry waits for while the queue goes.
+// What the first entry waits for while the queue runs.
 enum class QueueGate {
-  specimen,  // a person puts it on, and types its name
+  specimen,  // a person mounts it and types its name
   probe,
   fixture,
-  stranger,  // its capacitance is not that of the specimen: look, and type the name all the same
-  person,  // be there while the frame moves, and type "yes"
-  time  // nobody need act
+  stranger,  // the capacitance is not that of the specimen: a person looks, and types the name to
+             // go on
+  person,  // a person is present while the frame moves, and types "yes"
+  time  // nobody has to act
 };
 template <>
 inline constexpr EnumWords<6> kWordsOf<QueueGate>{"specimen", "probe",  "fixture",
                                                   "stranger", "person", "time"};
 
-// The choice for a head that was interrupted or failed.
+// What a person chose for a head that was interrupted or failed.
 enum class HeadChoice { none, resume, repeat, skip };
 template <>
 inline constexpr EnumWords<4> kWordsOf<HeadChoice>{"none", "resume", "repeat", "skip"};
 
-// The policy after an entry failed.
+// What the queue does after an entry failed.
 enum class OnFailure {
-  hold,  // the queue, until a person says what is to be done
+  hold,  // holds until a person decides
   skip,
-  look,  // hold; once a person has looked, `queue start` repeats the entry, once
-  repeat  // at once, and only after what did not touch the specimen
+  look,  // holds; once a person has looked, `queue start` repeats the entry, once
+  repeat  // repeats it at once, but only if the failure did not touch the specimen
 };
 template <>
 inline constexpr EnumWords<4> kWordsOf<OnFailure>{"hold", "skip", "look", "repeat"};
 
 // The order in which the runs of a batch are queued.
 enum class BatchOrder {
-  given,  // row by row, the repeats of a row behind each other
-  blocks,  // a specimen's runs together, specimens as in the table; by chance within
+  given,  // row by row, with the repeats of a row one after another
+  blocks,  // all runs of a specimen together, specimens as in the table, in random order within a
+           // specimen
   random
 };
 template <>

@@ -9,7 +9,7 @@ namespace lcrig {
 
 namespace {
 
-// Six digits, as {:.6g}, but a large round number as people write it: 2592000, not 2.592e+06.
+// Six digits, as {:.6g}, but writes a large integer in full: 2592000, not 2.592e+06.
 std::string bound(double v) {
   constexpr double kLargest = 1e9;
   const double size = std::abs(v);

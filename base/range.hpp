@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values that a number may have, and their words in messages. The readers of files and the
-// tables of limits use it.
+// The interval that a number must lie in, and its words in messages. Used by the readers of files
+// and the tables of limits.
 #pragma once
 
 #include <string>
 
 namespace lcrig {
 
-// An interval that includes both ends, except as `open_min` says. Quantities are compared in SI.
+// An interval that includes both ends, unless `open_min` excludes the lower one. Quantities are
+// compared in SI.
 struct Range {
   double min = -1e300, max = 1e300;
   bool open_min = false;  // min itself is refused ("greater than 0")

@@ -15,7 +15,7 @@ namespace lcrig {
 
 // Each value tells the operator what to do; `Error::what` names the device and the exchange.
 enum class Errc {
-  no_reply,  // no answer began in time: check cable, power, front-panel port choice
+  no_reply,  // no answer began in time: check cable, power, the port chosen on the front panel
   reply_cut_off,  // the answer stopped in the middle: check the cable
   garbled,  // the answer does not parse: wrong instrument or line noise
   refused,  // the instrument said no, or did not take a setting
@@ -49,11 +49,13 @@ inline constexpr EnumWords<14> kWordsOf<Errc>{"no_reply",
 struct Error {
   Error() = default;
   Error(Errc c, std::string w)
-      : code(c), what(std::move(w)) {}  // not an aggregate: g++ 12 coroutines
+      : code(c), what(std::move(w)) {}  // a constructor, since g++ 12 miscompiles aggregates in
+                                        // coroutines
   Errc code = Errc::bug;
   std::string what;
   std::string detail;  // more lines for a person at a terminal, such as the wrong line of a file
-  std::string database;  // path of the one that it is about; empty: it is about something else
+  std::string database;  // path of the database that the error is about; empty: not about a
+                         // database
 };
 
 // A value or an Error. Only this class knows that tl::expected is behind it, so that std::expected
@@ -72,7 +74,7 @@ inline tl::unexpected<Error> fail(Error error) {
   return tl::unexpected<Error>(std::move(error));
 }
 
-// Moves a value to where it is kept.
+// Moves the value of `from` into `to`, or returns its error.
 template <class T, class Kept>
 Result<> keep(Result<T> from, Kept& to) {
   if (!from) return fail(std::move(from.error()));

@@ -11,8 +11,8 @@
 
 namespace lcrig {
 
-// An exception that leaves the coroutine is a bug. It leaves `io_context::run`, so that the program
-// says so and dies; the gateway's watchdog and the next start make the frame safe.
+// An exception that leaves the coroutine is a bug. It propagates out of `io_context::run`, so that
+// the program reports it and dies. The gateway's watchdog and the next start make the frame safe.
 inline void spawn(const asio::any_io_executor& executor, Task<> task) {
   asio::co_spawn(executor, std::move(task), [](const std::exception_ptr& bug) {
     if (bug) std::rethrow_exception(bug);

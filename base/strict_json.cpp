@@ -40,16 +40,16 @@ std::string escape_pointer(std::string_view key) {
   return out;
 }
 
-// Counts lines in the text that the parser has already accepted. nlohmann's SAX interface reports
-// values without their positions. Each of its events is one token, so this class steps token by
-// token.
+// Finds the line and column of each value. nlohmann's SAX interface reports values without
+// positions. Each of its events is one token, so this class steps through the accepted text token
+// by token.
 class TokenFollower {
  public:
   explicit TokenFollower(std::string_view text) : text_(text) {
     if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
   }
 
-  // Returns where the next value or key starts, and moves behind it.
+  // Returns where the next value or key starts, and moves past it.
   TextPosition next() {
     skip_between();
     const TextPosition start = here_;
@@ -96,7 +96,8 @@ class TokenFollower {
     if (ends_line(text_, at)) {
       ++p.line;
       p.column = 1;
-    } else if ((static_cast<unsigned char>(text_[at]) & 0xC0U) != 0x80U) {  // no part of another
+    } else if ((static_cast<unsigned char>(text_[at]) & 0xC0U) != 0x80U) {  // not a continuation
+                                                                            // byte
       ++p.column;
     }
   }
@@ -198,7 +199,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
       const auto what =
           fmt::format("the key `{}` for the second time, expected once (first in line {})",
                       printable(v, kShownMax), first.line);
-      constexpr std::size_t kMost = 100;  // nobody reads more
+      constexpr std::size_t kMost = 100;  // nobody reads more of them
       if (data_.duplicates.size() < kMost) data_.duplicates.push_back({pointer, what, at});
       return true;
     }
@@ -219,7 +220,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   }
 
  private:
-  // Before all else: what a file means is known only after it is read as what it is.
+  // Is reported alone, because the text means nothing until it is read in the right encoding.
   Result<> wrong_encoding(const JsonMistake& mistake) {
     refuse(follower_.position_of(mistake.at), mistake.words);
     Error error(Errc::invalid_request, error_);
@@ -228,7 +229,8 @@ class JsonParser final : public nlohmann::json_sax<json> {
     return fail(std::move(error));
   }
 
-  // nlohmann refuses control characters in strings, in words of its own, but not in comments.
+  // nlohmann refuses control characters only in strings, and in its own words; comments need it
+  // too.
   void refuse_steering() {
     std::string_view rest = text_;
     if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
@@ -313,7 +315,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   JsonDocument::Data& data_;
   std::vector<Level> levels_;
   std::size_t values_ = 0;
-  bool cut_off_ = false;  // the rest could not be read
+  bool cut_off_ = false;  // parsing stopped before the end
   std::string error_;
   TextPosition error_at_;
 };
@@ -359,7 +361,7 @@ TextPosition JsonDocument::key_position(const std::string& pointer) const {
 
 namespace {
 
-// Reads the bytes that are there now; 0: the end. A pipe is waited for, but not for ever.
+// Reads the bytes that are available; 0: the end. Waits for a pipe, but not for ever.
 ssize_t read_next(int fd, std::span<char> into) {
   constexpr int kPatience_ms = 10'000;
   while (true) {
@@ -395,7 +397,7 @@ Result<std::string> read_text_file(const std::string& path) {
 }
 
 Result<> require_plain_file(const std::string& path) {
-  std::error_code unknown;  // then opening it says why
+  std::error_code unknown;  // ignored: opening the file reports the reason
   const auto status = std::filesystem::status(path, unknown);
   if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return {};
   return fail(Errc::invalid_request, "{}: is {}; name a file", path,

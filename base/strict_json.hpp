@@ -30,26 +30,27 @@ namespace lcrig {
 
 inline constexpr std::size_t kJsonSizeMax = 4 << 20;  // bytes
 inline constexpr int kJsonDepthMax = 64;
-// The position of every value is kept. These limits bound how much memory a small file can take.
+// The position of every value is stored. These limits bound the memory that a small file can take.
 inline constexpr std::size_t kJsonValuesMax = 100'000;
 inline constexpr std::size_t kJsonKeyMax = 200, kJsonPointerMax = 1000;  // bytes
 
 // A parsed file; immutable and cheap to copy.
 class JsonDocument {
  public:
-  // Every error is invalid_request and one printable line. Messages call the text `name`.
+  // Every error is invalid_request and one printable line, which calls the text `name`.
   static Result<JsonDocument> parse(std::string_view text, std::string name);
 
   const nlohmann::json& root() const;
   const std::string& name() const;
-  // Where the value that `pointer` names begins, or the key in front of it.
+  // Where the value of `pointer` begins, or its key.
   TextPosition value_position(const std::string& pointer) const;
   TextPosition key_position(const std::string& pointer) const;
   // The line of the file, and a caret below the place.
   std::string excerpt(TextPosition at) const;
-  // The number that `pointer` names, as it was written.
+  // The number at `pointer` as the file writes it.
   std::string number_text(const std::string& pointer) const;
-  // Keys that an object has twice, as what is wrong with them. A JsonReader of the document fails.
+  // A key that an object contains twice, and the words that say so. Every JsonReader of the
+  // document fails then.
   struct Duplicate {
     std::string pointer, what;
     TextPosition at;
@@ -64,9 +65,8 @@ class JsonDocument {
 
 // Reads a whole file of at most kJsonSizeMax. Errors: io (with the path and the reason).
 Result<std::string> read_text_file(const std::string& path);
-// Refuses pipes and other things that are no file: reading a pipe waits for its writer. To be used
-// for a file that a daemon reads, or that has to be there when it is read again. A missing file is
-// not refused.
+// Refuses pipes, devices and folders: reading a pipe waits for its writer. For files that a daemon
+// reads, or that must still be there when they are read again. A missing file is not refused.
 Result<> require_plain_file(const std::string& path);
 // read_text_file and JsonDocument::parse.
 Result<JsonDocument> load_json(const std::string& path);
@@ -82,14 +82,14 @@ class JsonReader {
   explicit JsonReader(const JsonDocument& document);
 
   bool ok() const;  // no reader of the document has failed so far
-  bool sound() const;  // nothing is wrong with this value, in it or around it
+  bool sound() const;  // neither this value, nor one inside or around it, is wrong
   Result<> result() const;
   const std::string& pointer() const { return pointer_; }
-  std::string last_key() const;  // last part of the pointer, unescaped
+  std::string last_key() const;  // last part of the pointer, without escapes
 
-  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ". Says nothing of a
-  // value that is not `sound`. A caller that judges by other values, too, has to ask whether those
-  // are sound: they may be harmless replacements.
+  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ". Does nothing when
+  // the value is not `sound`. A caller whose judgement depends on other values must check that they
+  // are sound, too: after a failure they are harmless replacements.
   void refuse(const std::string& found_and_expected) const;
   void refuse_key(const std::string& found_and_expected) const;  // position of the key
 
@@ -121,7 +121,8 @@ class JsonReader {
   std::optional<JsonReader> find(std::string_view key) const;
   JsonReader at(std::string_view key) const;  // refused when absent
   JsonReader object(std::string_view key) const;
-  std::vector<JsonReader> members() const;  // all, at most 1000; for keys that are free names
+  std::vector<JsonReader> members() const;  // all, at most 1000; for objects whose keys are names
+                                            // chosen by the user
 
   double number(std::string_view key, const Range& range = kAnyNumber) const;
   std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max) const;
@@ -147,14 +148,14 @@ class JsonReader {
   double quantity(std::string_view stem, Dimension d, const Range& range = kAnyNumber) const;
   std::optional<double> optional_quantity(std::string_view stem, Dimension d,
                                           const Range& range = kAnyNumber) const;
-  // The member itself, for values that are not plain numbers.
+  // The member itself, for quantities that are not plain numbers.
   std::optional<QuantityField> find_quantity(std::string_view stem, Dimension d) const;
 
-  // Call last on an object, and only when all its keys were asked for: refuses every other one, and
-  // lists the known ones.
+  // Refuses every key that was not asked for, and lists the known ones. Call it last on an object,
+  // after asking for all keys.
   void no_other_keys() const;
-  // Refuses the document unless "format" is `expected`, e.g. "specimen/1"; names what it found. Of
-  // a file of another format nothing else is said.
+  // Refuses the document unless "format" is `expected`, e.g. "specimen/1". Other failures of a file
+  // in another format are not reported.
   void expect_format(std::string_view expected) const;
 
  private:

@@ -13,7 +13,7 @@ namespace lcrig {
 
 namespace asio = boost::asio;
 
-// A coroutine. Its parameters are values, or references to objects that App owns.
+// A coroutine. Its parameters must be values, or references to objects that App owns.
 template <class T = void>
 using Task = boost::asio::awaitable<T, boost::asio::any_io_executor>;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places in a text, as messages name them. Lines end with LF, CR LF or CR. Used by strict_json and
-// by those who edit its texts.
+// Converts between bytes and the lines and columns of a text that messages show. Lines end with LF,
+// CR LF or CR. Used by strict_json and by code that edits JSON texts.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,11 @@ struct TextPosition {
   int line = 1, column = 1;  // columns count characters, not bytes
 };
 
-inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // no part of the first line
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // not counted in the first line
 
-// The byte of `text` that is there; its size when nothing is.
+// The byte offset of a position; the size of `text` when it has no such position.
 std::size_t byte_of(std::string_view text, TextPosition at);
-// The line of the place, at most 72 characters of it, and a caret below the place.
+// The line of the position, at most 72 characters of it, with a caret below the position.
 std::string excerpt(std::string_view text, TextPosition at);
 bool has_text_below(std::string_view text, int line);
 

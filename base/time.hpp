@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Durations, points of monotonic time and the clock that tells them, for code that stores times or
-// computes with them. Code that awaits includes base/clock.hpp, which brings Asio.
+// Durations, points of monotonic time, and the interface of clocks, for code that stores or
+// computes times. Code that awaits includes base/clock.hpp, which brings Asio.
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,8 @@ constexpr Duration from_seconds(double s) {
 constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }
-inline constexpr double kLongestTime_s = 30 * 86400.0;  // that anybody may ask for: 30 days
+inline constexpr double kLongestTime_s = 30 * 86400.0;  // the longest time that any file or command
+                                                        // may ask for: 30 days
 
 // Lets one coroutine end the wait of another on the same thread. It serves one waiter. A notify
 // without a waiter is remembered and ends the next wait at once. A wait may also end without a
@@ -50,11 +51,12 @@ class Clock {
  public:
   virtual ~Clock() = default;
   virtual MonoTime now() const = 0;
-  virtual std::int64_t unix_ns() const = 0;  // wall clock, to anchor a run once
+  virtual std::int64_t unix_ns() const = 0;  // wall clock, read once per run to anchor its
+                                             // monotonic times
   // True when the time came, false when the wait was cancelled. Never throws and honours terminal
   // cancellation, so it may stand on either side of `||`. If the process got no processor time
-  // until after `t`, pending input is read before this returns, so that the instrument is not
-  // blamed for the silence.
+  // until after `t`, pending input is read before this returns. Otherwise an instrument that
+  // answered in time would count as silent.
   Task<bool> wait_until(MonoTime t);
   // The same, and false when `early` was notified. MonoTime::max() waits without a deadline.
   Task<bool> wait_until(MonoTime t, Wakeup& early);

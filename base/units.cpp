@@ -65,7 +65,8 @@ constexpr Unit kUnits[] = {
     {"degC", Dimension::temperature, 1},
 };
 
-// Units of people who are used to other ones than ours. Rates of them are found by their parts.
+// Units that the table lacks but people use, to recognise them in wrong keys. A rate of them is
+// recognised by its two parts.
 struct ForeignUnit {
   std::string_view suffix;
   Dimension dimension;
@@ -116,7 +117,7 @@ constexpr ForeignUnit kForeignUnits[] = {
     {"mK", Dimension::temperature_difference},
 };
 
-// Capitals make a unit another one: `force_kn` is not in kN.
+// Wrong capitals make another unit: `force_kn` is not in kN.
 bool is_same_but_for_capitals(std::string_view a, std::string_view b) {
   return lower_case(a) == lower_case(b);
 }
@@ -124,7 +125,9 @@ bool is_same_but_for_capitals(std::string_view a, std::string_view b) {
 std::optional<Dimension> foreign_dimension(std::string_view suffix) {
   const auto* foreign = std::ranges::find(kForeignUnits, suffix, &ForeignUnit::suffix);
   if (foreign != std::end(kForeignUnits)) return foreign->dimension;
-  if (suffix.size() < 2) return std::nullopt;  // `level_n` counts something
+  if (suffix.size() < 2)
+    return std::nullopt;  // one letter is a name, not a unit: `level_n` counts
+                          // something
   for (const Unit& unit : kUnits) {
     if (unit.dimension != Dimension::none && is_same_but_for_capitals(unit.suffix, suffix)) {
       return unit.dimension;
@@ -143,7 +146,7 @@ Dimension rate_of(Dimension d) {
   }
 }
 
-// "cm_s", "N_h": of something that has a rate, per time.
+// The dimension of a rate in foreign units: "cm_s", "N_h".
 std::optional<Dimension> foreign_rate(std::string_view suffix) {
   const auto at = suffix.rfind('_');
   if (at == suffix.npos) return std::nullopt;
@@ -182,7 +185,7 @@ std::string for_people(const Unit& unit) {
 }
 
 std::optional<UnknownUnit> find_unknown_unit(std::string_view name) {
-  // From the left, as split_key.
+  // From the left, as in split_key.
   for (auto at = name.find('_', 1); at != name.npos; at = name.find('_', at + 1)) {
     const auto suffix = name.substr(at + 1);
     if (find_unit(suffix) != nullptr) return std::nullopt;

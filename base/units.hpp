@@ -32,7 +32,7 @@ enum class Dimension {
   capacitance_rate,
   resistance,
   temperature_difference,
-  temperature,  // degC throughout: a factor alone makes no kelvin of it
+  temperature,  // always degC: a factor alone does not convert it to kelvin
 };
 template <>
 inline constexpr EnumWords<19> kWordsOf<Dimension>{"pure number",  "length",
@@ -56,8 +56,8 @@ std::span<const Unit> all_units();
 const Unit* find_unit(std::string_view suffix);  // nullptr when not in the table
 std::string for_people(const Unit& unit);  // "mm/s"
 
-// "speed_mm_s" -> "speed" and mm_s, the longest suffix that is in the table. Without a known suffix
-// the whole key is the stem and `unit` is nullptr.
+// Splits a key before the longest suffix that is in the table: "speed_mm_s" gives "speed" and mm_s.
+// Without a known suffix the whole key is the stem and `unit` is nullptr.
 struct KeyParts {
   std::string_view stem;
   const Unit* unit = nullptr;
@@ -66,15 +66,16 @@ struct KeyParts {
 };
 KeyParts split_key(std::string_view key);
 
-// An ending of a name that looks like a unit and is not in the table: "cm_s" of "speed_cm_s", which
-// is not in seconds; "bar". nullopt: the name ends in a unit of the table, or in no unit.
+// The end of a name that looks like a unit but is not in the table: "bar", or "cm_s" in
+// "speed_cm_s", which is not in seconds. nullopt: the name ends in a unit of the table, or in no
+// unit.
 struct UnknownUnit {
   std::string_view suffix;
-  Dimension dimension = Dimension::none;  // what it measures; none: nobody knows
+  Dimension dimension = Dimension::none;  // of that unit; none: unknown
 };
 std::optional<UnknownUnit> find_unknown_unit(std::string_view name);
 
-// "_um, _mm, _m": the list for a message about a wrong suffix.
+// "_um, _mm, _m": the units that a message about a wrong suffix lists.
 std::string suffixes_of(Dimension d);
 
 }  // namespace lcrig

@@ -25,7 +25,8 @@ std::string words_of_extras(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     for (const auto& name : option->get_lnames()) known.push_back("--" + name);
   }
-  // The word beside an unknown option may be its value.
+  // The first word that is no option may be the value of the unknown option, so find that option
+  // first.
   const auto option =
       std::ranges::find_if(extras, [](const std::string& w) { return w.starts_with('-'); });
   if (option == extras.end()) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words for what CLI11 refuses, as a person would say them, with what to type next. For programs
-// without subcommands: lcrigd and lcrig-sim.
+// Rewords what CLI11 refuses as a person would say it, and says what to type next. Used by the
+// programs without subcommands: lcrigd and lcrig-sim.
 #pragma once
 
 #include <string>
@@ -12,13 +12,13 @@ class ParseError;
 
 namespace lcrig {
 
-// "lcrigd: unknown option --confg; did you mean '--config'?", and a line that names the help.
+// "lcrigd: unknown option --confg; did you mean '--config'?", and a line that points to the help.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 
 // Prints the answer to --help, to --version or to a mistake of the command line, and returns the
 // exit status of the program. An answer that cannot be written is a failure.
 int answer_parse(const CLI::App& app, const CLI::ParseError& error);
-// 1, said on standard error, if what was printed did not get through; else 0.
+// 0 if everything printed was written; else 1, with a message on standard error.
 int end_of_output(const CLI::App& app);
 
 }  // namespace lcrig

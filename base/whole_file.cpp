@@ -21,7 +21,8 @@ tl::unexpected<Error> system_error(const std::string& path) {
   return fail(Errc::io, "{}: {}", path, std::strerror(errno));
 }
 
-// A name that is free, and stays ours. -1 and errno: none of a hundred was.
+// Opens a new file under a name that no other process uses. -1 with errno: none of a hundred names
+// was free.
 int open_beside(const std::string& path, std::string& name) {
   int fd = -1;
   for (int n = 0; n < 100; ++n) {
@@ -32,7 +33,7 @@ int open_beside(const std::string& path, std::string& name) {
   return fd;
 }
 
-// Empty or not, what stands beside a database under one of these names belongs to it.
+// True for names beside a database that SQLite or lcrig uses, even if the file is empty.
 bool belongs_to_database(const std::string& path) {
   std::error_code unknown;
   const std::string name = std::filesystem::weakly_canonical(path, unknown).string();
@@ -42,7 +43,7 @@ bool belongs_to_database(const std::string& path) {
   return false;
 }
 
-// Up to 4 KiB; nullopt and errno: not readable.
+// The first 4 KiB; nullopt with errno: not readable.
 std::optional<std::string> head_of(const std::string& path) {
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return std::nullopt;
@@ -55,8 +56,8 @@ std::optional<std::string> head_of(const std::string& path) {
   return std::string(buffer.data(), static_cast<std::size_t>(n));
 }
 
-// Syncs the folder, so that a power cut does not lose the name. A folder that cannot be synced
-// belongs to somebody else and is left alone.
+// Syncs the folder, so that a power cut does not lose the new name. A folder that cannot be synced
+// belongs to somebody else; this is not an error.
 void sync_folder_of(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -117,7 +118,7 @@ Result<> PartFile::take_free_name() {
     return {};
   }
   if (errno != EINVAL && errno != ENOSYS) return system_error(path_);
-  // A network's file system may know hard links only; the destructor removes the other name.
+  // Network file systems may support hard links only. The destructor removes the other name.
   if (::link(name_.c_str(), path_.c_str()) != 0) return system_error(path_);
   return {};
 }

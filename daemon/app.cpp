@@ -60,7 +60,7 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
 
 App::~App() = default;
 
-// Calls against the direction in which the parts know each other.
+// Sets the callbacks by which a part calls another one that it does not know.
 void App::connect() {
   RigUse::Listener listener;
   listener.idle = [this] {
@@ -98,7 +98,7 @@ Result<> App::start() {
   if (auto ready = queue_.open(); !ready) return ready;
   if (auto listening = control_.listen(config_.socket); !listening) return listening;
   if (rig_->is_real()) {
-    use_.enter(RigUse::State::asking);  // no run before the frame was made safe
+    use_.enter(RigUse::State::asking);  // no run begins before the frame was made safe
     spawn(executor_, watch_.ask());
     spawn(executor_, watch_.watch_ports());
   }
@@ -161,8 +161,8 @@ Task<bool> App::shut_down(std::string why) {
   const auto is_over = [this] { return use_.session() == nullptr && queue_.over(); };
   co_await use_.wait(is_over);
   co_await control_.close(1s);
-  // Waits for the last commit on this thread, which nothing else needs any more. What the recorder
-  // reports is reported here.
+  // Waits for the last commit on this thread, which nothing else needs any more. The recorder's
+  // last reports are made here.
   recorder_.reset();
   co_return !rig_->is_reckoning();
 }

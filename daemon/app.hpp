@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon: makes the parts that serve clients and run protocols (daemon/app/), and connects
-// them. main.cpp makes one on the real clock, rehearse.cpp one in virtual time and without a
-// socket.
+// The daemon: makes and connects the parts that serve clients and run protocols (daemon/app/).
+// main.cpp makes one on the real clock; rehearse.cpp one in virtual time without a socket.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -31,43 +30,42 @@
 
 namespace lcrig {
 
-// Parts in which a rehearsal differs from a daemon.
+// The parts in which a rehearsal differs from a daemon.
 struct AppParts {
   ConfigTaker::Load load_config;
-  std::unique_ptr<InstrumentFactory> rig;  // empty: that of the config file
-  std::string vfs;  // of SQLite, for the database; empty: the operating system's
+  std::unique_ptr<InstrumentFactory> rig;  // empty: as the config file says
+  std::string vfs;  // SQLite's VFS for the database; empty: the operating system's
   ServiceNotifier notifier;
   bool sync_each_commit = true;  // Recorder::Options
   ControlOptions control;
 };
 
-// It outlives the coroutines of its parts: destroyed after `shut_down` returned, and when nothing
-// of theirs is left to run.
+// Must outlive the coroutines of its parts: destroy it only after `shut_down` has returned and none
+// of them is left to run.
 class App final : public ControlHandler {
  public:
   App(asio::io_context& io, Clock& clock, Config config, AppParts parts = AppParts());
   ~App() override;
 
-  // Opens the database and closes orphaned runs, for `run_through`.
+  // Opens the database and closes orphaned runs. Call it before `run_through`.
   Result<> open();
-  // `open`, and the queue of the database with nobody at a socket, for a rehearsal of a batch.
+  // `open`, and the queue of the database without a socket, for the rehearsal of a batch.
   Result<> open_with_queue();
-  // `open`, socket listening, systemd told; from now on the meter is asked now and then. Errors: as
-  // the parts say.
+  // `open`, then listens at the socket and tells systemd. From now on the meter is asked regularly.
+  // Errors: those of the parts.
   Result<> start();
-  // SIGTERM, SIGINT: stops the run (abort, then `finally`), closes everything. A second call while
-  // the first is under way changes nothing. False: a thread still reckons the finite elements of a
-  // simulated specimen; the process is to end without it.
+  // For SIGTERM and SIGINT: stops the run (abort, then `finally`) and closes everything. A second
+  // call during the first changes nothing. False: a thread still computes the finite elements of a
+  // simulated specimen, and the process has to end without it.
   Task<bool> shut_down(std::string why);
-  // One run to its end, asked for by nobody at a socket. Once.
+  // Carries out one run without a socket. May be called once.
   Task<Result<RunOutcome>> run_through(PreparedRun prepared);
 
-  // For a process that a bug ends: what was logged of the wires is on the disk, if the disk
-  // answers.
+  // For a process that ends because of a bug: writes the wire logs to disk, if the disk answers.
   void save_wire_logs() { rig_->finish_wire_logs(std::chrono::seconds(2)); }
 
-  RigWatch& rig_watch() { return watch_; }  // before `start`
-  ConfigTaker& config_taker() { return config_taker_; }  // SIGHUP
+  RigWatch& rig_watch() { return watch_; }  // call it before `start`
+  ConfigTaker& config_taker() { return config_taker_; }  // for SIGHUP
   const ControlServer& control() const { return control_; }
 
   RunHandler& runs() override { return requests_; }

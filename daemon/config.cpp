@@ -54,7 +54,7 @@ ForceLoop read_force_loop(const JsonReader& r) {
 void read_frame(const JsonReader& r, Config& c) {
   const JsonReader driver = r.at("driver");
   c.frame_driver = driver.word<FrameDriver>(kFrameDrivers);
-  if (!driver.sound()) return;  // nobody knows which keys it has
+  if (!driver.sound()) return;  // the keys of an unknown driver are unknown, too
   if (c.frame_driver == FrameDriver::zwick) {
     FrameFacts& f = c.frame;
     c.frame_port = read_port(r);
@@ -71,7 +71,8 @@ void read_frame(const JsonReader& r, Config& c) {
   r.no_other_keys();
 }
 
-// One that ships; files and recordings (replay:DIR) are looked at when the daemon starts.
+// True for the name of a shipped bench. Files and recordings (replay:DIR) are checked when the
+// daemon starts.
 bool is_bench_name(const std::string& bench) {
   return bench.find_first_of("/:") == bench.npos && !bench.ends_with(".json");
 }

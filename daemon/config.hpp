@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's config file `lcrigd-config/1`; docs/config-file.md and schema/config.schema.json.
+// Reads the daemon's config file `lcrigd-config/1`; see docs/config-file.md and
+// schema/config.schema.json.
 #pragma once
 
 #include <optional>
@@ -14,12 +15,13 @@ namespace lcrig {
 
 enum class FrameDriver { zwick, dead_weight };
 
-// Facts about a frame that only a person knows, because its gateway does not say them.
+// Facts about a frame that a person must state, because its gateway does not report them.
 struct FrameFacts {
-  std::optional<double> stiffness_N_m;  // of frame, cell and fixture, at most; absent: rigid
-  std::optional<double> start_gap_m;  // at which a run begins
-  double force_class_percent = 1;  // of the cell: ISO 7500-1
-  std::optional<ForceLoop> force_loop;  // where CAPS say nothing
+  std::optional<double> stiffness_N_m;  // of frame, cell and fixture together, at most; absent:
+                                        // rigid
+  std::optional<double> start_gap_m;  // the gap when a run begins
+  double force_class_percent = 1;  // accuracy class of the cell by ISO 7500-1
+  std::optional<ForceLoop> force_loop;  // used where CAPS do not contain it
 };
 
 struct Config {
@@ -27,20 +29,20 @@ struct Config {
   std::string socket = "/run/lcrig/control.sock";
   std::string log_level = "info";
   std::string metrics_file;  // for node-exporter's textfile collector; empty: none
-  // Real instruments ...
-  const MeterDriver* meter_driver = nullptr;  // of drivers/registry.hpp
+  // Real instruments.
+  const MeterDriver* meter_driver = nullptr;  // from drivers/registry.hpp
   std::string meter_port;  // "serial:2184:005f"
-  std::string meter_serial_number;  // refuse another one; empty: any
+  std::string meter_serial_number;  // required serial number; empty: any
   FrameDriver frame_driver = FrameDriver::zwick;
-  std::string frame_port;  // "tcp://192.168.5.2:4710"; dead weights have none
+  std::string frame_port;  // "tcp://192.168.5.2:4710"; empty for dead weights
   FrameFacts frame;
   Fixture fixture;
-  std::string wire_log_directory;  // every byte of a run's ports goes there; empty: nowhere
-  // ... or the simulated bench, in real time. Its fixture comes from the bench file.
+  std::string wire_log_directory;  // folder for wire logs of all ports; empty: no logs
+  // Or instead of them a simulated bench, in real time. Its fixture comes from the bench file.
   std::optional<std::string> bench;  // name or path
-  // Where it is from.
+  // Where the settings come from.
   std::string file;
-  std::vector<std::string> given;  // keys of the file: "database", "frame.stiffness_N_mm"
+  std::vector<std::string> given;  // keys in the file: "database", "frame.stiffness_N_mm"
   std::vector<std::string> of_command_line;  // keys that the command line overrides
 };
 

@@ -24,7 +24,7 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ec);
 }
 
-// systemd makes those of the defaults (StateDirectory, RuntimeDirectory) when the service starts.
+// systemd creates the default folders (StateDirectory, RuntimeDirectory) when the service starts.
 Result<> check_folder(const std::string& file, const char* key, const std::string& path,
                       const std::string& made_by_systemd) {
   std::error_code unknown;
@@ -83,7 +83,7 @@ fs::path place_of(const std::string& path) {
   return fs::weakly_canonical(fs::absolute(path, unknown), unknown);
 }
 
-// Checks that the file may be replaced every 15 s: it must hold nothing else that would be lost.
+// Checks that the file may be replaced every 15 s, so it must not be a file with other content.
 Result<> check_metrics_file(const Config& config, const std::string& file) {
   const std::string& path = config.metrics_file;
   if (path.empty()) return {};

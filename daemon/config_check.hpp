@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks of a config file that depend on this computer: whether the bench, the folders and the
-// socket that it names can be used. Opens no port and creates nothing. lcrigd uses it at its start,
-// on a reload and for `--check-config`, and `lcrig config check` too.
+// socket that it names can be used. Opens no port and creates nothing. Used by lcrigd at its start,
+// on a reload and for `--check-config`, and by `lcrig config check`.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@
 
 namespace lcrig {
 
-// Errors: invalid_request with what, where and what to do next; `detail` has what else is wrong.
-// `file` is the config file.
+// Errors: invalid_request with what is wrong, where, and what to do next; `detail` lists further
+// mistakes. `file` is the config file.
 Result<> check_surroundings(const Config& config, const std::string& file);
-// Mistakes that no daemon fails at, but that people will notice later.
+// Mistakes that do not stop the daemon, but that people will notice later.
 std::vector<std::string> config_warnings(const Config& config, const std::string& file);
-// The settings that the file made, a line each.
+// The settings from the file, one per line.
 std::string config_summary(const Config& config);
 
 }  // namespace lcrig

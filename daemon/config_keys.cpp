@@ -11,7 +11,7 @@ namespace {
 
 // The part of the configuration that a key belongs to.
 enum class Part { daemon, rig };
-// What must be there for a key to mean anything.
+// The condition under which a key has a meaning.
 enum class Needs { nothing, bench, ports, machine, force_loop };
 
 struct Key {
@@ -20,7 +20,7 @@ struct Key {
   Needs needs;
   ConfigEffect effect;
   ConfigValue (*value)(const Config&);
-  void (*take)(Config& in_force, const Config& wanted);  // nullptr: only a restart does
+  void (*take)(Config& in_force, const Config& wanted);  // nullptr: takes effect only at a restart
 };
 
 ConfigValue text(const std::string& value) {
@@ -124,7 +124,7 @@ bool applies(const Key& key, const Config& config) {
   return true;
 }
 
-// A key may have another unit in the file: "frame.stiffness_N_m".
+// The file may give a key in another unit: "frame.stiffness_N_m".
 bool is_given(const std::vector<std::string>& given, std::string_view key) {
   std::string_view stem = key;
   for (const std::string_view unit : {"_N_mm", "_mm_s", "_mm", "_N_s", "_m_s2", "_N", "_s"}) {
@@ -171,7 +171,7 @@ std::vector<ConfigChange> changes_of(const Config& in_force, const Config& wante
     out.push_back(std::move(change));
   }
   if (!other_rig) return out;
-  // All keys of the rig belong together.
+  // All keys of the rig change together.
   for (ConfigChange& change : out) {
     const auto key = std::ranges::find(kKeys, change.key, &Key::name);
     if (key->part == Part::rig) change.effect = kRestart;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The keys of the config file one by one: what they are in a Config, and what a change of them
-// asks for.
+// A table of all keys of the config file: their values in a Config, and when a change of each takes
+// effect. Used by ConfigReload and `lcrig config`.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace lcrig {
 
-// Every key that applies to such a rig, with its value and source.
+// Every key that applies to this rig, with its value and source.
 std::vector<ConfigKeyView> keys_of(const Config& config);
 
 struct ConfigChange {
@@ -19,11 +19,12 @@ struct ConfigChange {
   ConfigValue from, to;
   ConfigEffect effect = ConfigEffect::at_once;
 };
-// The keys that differ in `wanted`, and when each can be taken. If the rig itself changes (its
-// drivers, its ports, a bench), all keys of the rig wait for the restart: never half a rig.
+// The keys that differ in `wanted`, and when each change takes effect. If the rig itself changes
+// (drivers, ports, bench), all keys of the rig wait for a restart, so that the daemon never mixes
+// two rigs.
 std::vector<ConfigChange> changes_of(const Config& in_force, const Config& wanted);
 
-// Takes from `wanted` what `changes` says can be taken so.
+// Applies those of `changes` that take effect at `effect`.
 void take_changes(Config& in_force, const Config& wanted, const std::vector<ConfigChange>& changes,
                   ConfigEffect effect);
 

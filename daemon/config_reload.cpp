@@ -10,7 +10,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kShown = 200;  // of a value
+constexpr std::size_t kShown = 200;  // characters of a value in a message
 
 std::string words_of(const ConfigChange& change, const char* when) {
   return fmt::format("{}: {} -> {}, {}", change.key, printable(to_text(change.from), kShown),
@@ -62,7 +62,7 @@ ConfigView ConfigReload::view() const {
   const auto of_file = keys_of(*wanted_);
   for (const auto& change : changes_of(in_force_, *wanted_)) {
     auto key = std::ranges::find(out.keys, change.key, &ConfigKeyView::key);
-    if (key == out.keys.end()) {  // of the rig that the file asks for
+    if (key == out.keys.end()) {  // a key of the rig that the file now describes
       ConfigKeyView added;
       added.key = change.key;
       key = out.keys.insert(out.keys.end(), std::move(added));
@@ -71,7 +71,7 @@ ConfigView ConfigReload::view() const {
     key->waiting->value = change.to;
     key->waiting->effect = change.effect;
   }
-  // A key that was taken may be new in the file, or gone from it.
+  // A key that was applied may be new in the file, or gone from it.
   for (auto& key : out.keys) {
     const auto now = std::ranges::find(of_file, key.key, &ConfigKeyView::key);
     if (!key.waiting && now != of_file.end()) key.source = now->source;

@@ -26,7 +26,7 @@ StoredEvent read_event(const Statement& row) {
   return out;
 }
 
-// The last of its kind; nullopt: none.
+// The last event of this kind; nullopt: none.
 Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t run,
                                               EventKind kind) {
   return db.first(
@@ -53,7 +53,7 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
                 "run {} was copied from {}, where it is run {}: it can be continued only there",
                 run, (*copied)->file, (*copied)->run);
   }
-  // The events of a copied run name the numbers of another database.
+  // The events of a copied run contain numbers of another database.
   auto next = db.integer(
       "SELECT max(run_id) FROM event WHERE kind = ?1 AND run_id > ?2 AND "
       "json_extract(detail, '$.run') = ?2 AND run_id NOT IN (SELECT run_id FROM run_copy)",
@@ -96,7 +96,7 @@ Result<std::vector<StoredAnswer>> answers_of(const Database& db, std::int64_t ru
   return out;
 }
 
-// `parameters_json` of a run row: "from_kPa": 10, or of an older run "from_kPa (SI)": 10000.
+// Reads `parameters_json` of a run row: "from_kPa": 10, or in older runs "from_kPa (SI)": 10000.
 Result<> apply_parameters(const std::string& text, Environment& environment) {
   constexpr std::string_view kSuffix = " (SI)";
   const json stored = json::parse(text, nullptr, false);
@@ -114,8 +114,8 @@ Result<> apply_parameters(const std::string& text, Environment& environment) {
   return {};
 }
 
-// True when a step that is done, or the one that was cut off, moves or zeroes the frame, lets it
-// hold a force, or places a weight. A new bench knows nothing of that.
+// True when a completed step, or the interrupted one, moves or zeroes the frame, lets it hold a
+// force, or places a weight. A new simulated bench does not remember that.
 bool has_used_frame(const PreparedRun& cut_off) {
   Environment environment = cut_off.environment;
   StepCursor steps(cut_off.protocol.steps, environment);
@@ -130,7 +130,7 @@ bool has_used_frame(const PreparedRun& cut_off) {
 
 struct CutOff {
   std::int64_t run = 0;
-  bool on_bench = false;  // of a daemon that has ended
+  bool on_bench = false;  // on the simulated bench of a daemon that has ended
 };
 
 }  // namespace
@@ -192,7 +192,9 @@ Result<std::vector<ResumableRun>> find_resumable(const Database& db, RigBefore r
   std::vector<ResumableRun> out;
   for (const auto& [run, on_bench] : *runs) {
     const auto prepared = prepare_continuation(db, run);
-    if (!prepared) continue;  // continued already, before its first step, in `finally`
+    if (!prepared)
+      continue;  // it was continued already, or cut off before its first step or in
+                 // `finally`
     const bool gone = on_bench || rig == RigBefore::gone;
     if (gone && has_used_frame(*prepared)) continue;
     ResumableRun& found = out.emplace_back();

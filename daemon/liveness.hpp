@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds a part of the daemon that hangs. Each part that must move counts its beats; one whose count
-// stands still for too long is named. App asks, and feeds systemd's watchdog only while none is.
+// Finds parts of the daemon that hang. Each part counts its beats; a part whose count stays the
+// same for too long is reported. App asks it, and feeds systemd's watchdog only while no part
+// hangs.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +16,12 @@ namespace lcrig {
 
 class Liveness {
  public:
-  // `beats` grows whenever the part moves; nullopt: it has nothing to do now. `patience` is longer
-  // than any honest wait of the part.
+  // `beats` returns a number that grows while the part moves; nullopt: it has nothing to do.
+  // `patience` must exceed any legitimate wait of the part.
   using Beats = std::function<std::optional<std::uint64_t>()>;
   void watch(std::string name, Duration patience, Beats beats);
 
-  // The parts that stand still for longer than their patience, with the time; empty: all is well.
+  // The parts that have hung for longer than their patience, with the time; empty: none.
   std::vector<std::string> check(MonoTime now);
 
  private:
@@ -34,11 +35,12 @@ class Liveness {
   std::vector<Part> parts_;
 };
 
-// How late the event loop serves a periodic task: its own work, or a machine that was suspended.
+// Measures how late the event loop runs a periodic task, because of its own work or a suspended
+// machine.
 class LoopLag {
  public:
   explicit LoopLag(Duration tolerated) : tolerated_(tolerated) {}
-  // Called when a wait until `due` returned at `now`; the lag when it is worth an event.
+  // Call when a wait until `due` returned at `now`. Returns a lag that deserves an event.
   std::optional<Duration> note(MonoTime due, MonoTime now);
   Duration worst() const { return worst_; }
 

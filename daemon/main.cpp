@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// lcrigd: the daemon.
+// lcrigd: the program of the daemon.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
@@ -45,7 +45,7 @@ std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv)
   return completion_of(cli, values, {argv + 1, argv + argc});
 }
 
-// Command line over config file.
+// Applies options of the command line over the config file.
 void override_by(const Options& options, Config& config) {
   const auto one = [&config](const std::string& given, const char* key, std::string& out) {
     if (given.empty()) return;
@@ -58,7 +58,7 @@ void override_by(const Options& options, Config& config) {
 }
 
 Result<Config> effective_config(const Options& options) {
-  // Reading it says why a file that is there cannot be read.
+  // If the status cannot be read, reading the file will report the reason.
   std::error_code unreachable;
   const auto there = std::filesystem::status(options.config, unreachable);
   if (there.type() == std::filesystem::file_type::not_found) {
@@ -70,7 +70,7 @@ Result<Config> effective_config(const Options& options) {
   auto config = load_config(options.config);
   if (!config) return config;
   override_by(options, *config);
-  std::error_code no_folder;  // that a relative path begins in
+  std::error_code no_folder;  // the folder in which a relative path begins
   const auto database = std::filesystem::absolute(config->database, no_folder);
   if (no_folder) {
     return fail(Errc::invalid_request,
@@ -78,7 +78,7 @@ Result<Config> effective_config(const Options& options) {
                 "the database from / on",
                 options.config, config->database, no_folder.message());
   }
-  config->database = database;  // clients are told
+  config->database = database;  // clients are told the absolute path
   return config;
 }
 
@@ -89,15 +89,16 @@ Result<Config> checked_config(const Options& options) {
   return config;
 }
 
-// Ends without destructors. What was logged until now is stored, as far as the disks answer.
+// Ends the process without destructors. Saves wire logs and log messages, as far as the disks
+// answer.
 [[noreturn]] void leave(int code, App& app, std::optional<LogThread>& log) {
   app.save_wire_logs();
   log.reset();
   std::_Exit(code);
 }
 
-// A signal aborts the run (`finally` runs) and ends the daemon. A second one changes nothing:
-// systemd's TimeoutStopSec is what ends a daemon that hangs.
+// A signal aborts the run (`finally` runs) and ends the daemon. A second one changes nothing;
+// systemd's TimeoutStopSec ends a daemon that hangs.
 Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, App& app,
                      std::optional<LogThread>& log) {
   const int number = co_await signals.async_wait(asio::use_awaitable);
@@ -121,7 +122,7 @@ Task<> reload_on_hangup(asio::signal_set& hangups, App& app) {
   }
 }
 
-// As `lcrig` does: what, the wrong line, what to type next.
+// Prints an error as `lcrig` does: what is wrong, the line of the file, and what to type next.
 void tell(const Error& error, const Options& options) {
   spdlog::error("{}", error.what);
   if (!error.detail.empty()) fmt::print(stderr, "{}\n", error.detail);
@@ -148,7 +149,8 @@ int serve(const Options& options, const Config& config) {
   }
   std::optional<LogThread> log(std::in_place);
   asio::io_context io(1);
-  // Before a database is open: from here on a signal waits for the loop instead of killing.
+  // Set up before a database is open: from here on the loop handles these signals, and they no
+  // longer kill the process.
   asio::signal_set signals(io, SIGTERM, SIGINT), hangups(io, SIGHUP);
   RealClock clock;
   AppParts parts;
@@ -161,8 +163,8 @@ int serve(const Options& options, const Config& config) {
     tell(good.error(), options);
     return 2;
   }
-  // The unit starts lcrigd again after status 1 and not after 2. Busy may be the daemon before,
-  // which still ends; anything else that cannot be opened now cannot be opened in a second either.
+  // The unit restarts lcrigd after status 1, but not after 2. `busy` may mean the previous daemon,
+  // which is about to end. Any other error would come again after a second.
   if (auto started = app.start(); !started) {
     spdlog::error("{}", started.error().what);
     return started.error().code == Errc::busy ? 1 : 2;
@@ -181,8 +183,9 @@ int serve(const Options& options, const Config& config) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGHUP, SIG_IGN);  // until it can be obeyed; the file is read then anyway
-  std::signal(SIGPIPE, SIG_IGN);  // a client or an instrument that went away is an error code
+  std::signal(SIGHUP, SIG_IGN);  // until the loop handles it; the file is read at the start anyway
+  std::signal(SIGPIPE, SIG_IGN);  // writing to a client or instrument that is gone returns an error
+                                  // code
   Options options;
   CLI::App cli{"lcrigd: runs a characterization rig for capacitive tactile sensors", "lcrigd"};
   cli.add_option("--config", options.config, "Config file")->capture_default_str();

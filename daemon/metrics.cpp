@@ -16,7 +16,7 @@ namespace {
 
 class Page {
  public:
-  // A family begins; `type` is Prometheus's.
+  // Begins a family of metrics; `type` is one of Prometheus's types.
   Page& family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     out_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's health as Prometheus reads it (text format 0.0.4). App writes it into
-// `metrics_file`.
+// The daemon's health as text for Prometheus (text format 0.0.4). App writes it to `metrics_file`.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +13,22 @@
 
 namespace lcrig {
 
-// Figures from files and from the kernel. Absent: not known.
+// Figures from files and from the kernel. Absent: unknown.
 struct SystemFigures {
   std::optional<double> wal_bytes, database_bytes, disk_free_bytes;
-  std::optional<double> steal_s;  // since the computer started, of all processors
+  std::optional<double> steal_s;  // over all processors, since the computer was started
 };
-// A disk may take long to tell: not on the thread that runs the instruments.
+// A disk may be slow to answer, so do not call it on the thread of the instruments.
 SystemFigures read_system_figures(const std::string& database);
 
 struct Metrics {
   DaemonStatus status;
-  CommitStats commits;  // of the run that goes on, or of the last one
+  CommitStats commits;  // of the current run, or of the last one
   Duration worst_lateness{};  // of the event loop, since the daemon started
-  std::map<std::string, std::uint64_t> events;  // stored since then, by kind
+  std::map<std::string, std::uint64_t> events;  // number stored since then, by kind
   SystemFigures system;
 };
-// How the text begins.
+// The beginning of the text, which identifies such a file.
 constexpr std::string_view kMetricsBegin = "# HELP lcrig_";
 std::string to_text(const Metrics& metrics);
 

@@ -27,7 +27,7 @@ Result<> Rehearsal::play() {
   return {};
 }
 
-// Shows the status now and then.
+// Shows the status from time to time.
 void Rehearsal::show() {
   if (!progress_) return;
   const MonoTime now = wall_.now();

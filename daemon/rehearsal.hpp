@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's App in a world of its own: virtual time, simulated instruments, no socket. The
-// rehearsals of a run (rehearse.cpp) and of a batch (rehearse_batch.cpp) derive from it.
+// Runs the daemon's App in virtual time with simulated instruments and without a socket. Base class
+// of the rehearsals of a run (rehearse.cpp) and of a batch (rehearse_batch.cpp).
 #pragma once
 
 #include <exception>
@@ -13,7 +13,7 @@
 
 namespace lcrig {
 
-// The rig of a rehearsal: a function makes the instruments when the run opens them.
+// The rig of a rehearsal. A function makes the instruments when the run opens them.
 class RehearsalRig final : public InstrumentFactory {
  public:
   using Make = std::function<Result<std::unique_ptr<Instruments>>(const InstrumentsRequest&)>;
@@ -35,7 +35,7 @@ class Rehearsal {
   Rehearsal& operator=(const Rehearsal&) = delete;
 
  protected:
-  // What the clients and the people would do. App is shut down after it.
+  // Does what clients and people would do. Afterwards App is shut down.
   virtual Task<> act() = 0;
   // Runs `act` to its end. Errors: bug.
   Result<> play();

@@ -35,7 +35,7 @@ class RunRehearsal final : public Rehearsal {
  public:
   explicit RunRehearsal(const RehearseRequest& request)
       : Rehearsal(request.progress), request_(request) {}
-  ~RunRehearsal() override { app_.reset(); }  // before the drill that its instruments use
+  ~RunRehearsal() override { app_.reset(); }  // before the drill, which its instruments use
   RunRehearsal(const RunRehearsal&) = delete;
   RunRehearsal& operator=(const RunRehearsal&) = delete;
 
@@ -56,13 +56,13 @@ class RunRehearsal final : public Rehearsal {
       auto drill = FaultDrill::make(clock_, request_.faults_text, request_.faults_name);
       if (auto made = keep(std::move(drill), drill_); !made) return made;
     }
-    // Before there is a database: what is wrong leaves none behind.
+    // Made before the database, so that a mistake leaves no database behind.
     if (auto made = keep(make_instruments(prepared_), instruments_); !made) return made;
     AppParts parts;
     parts.rig = std::make_unique<RehearsalRig>(
         [this](const InstrumentsRequest&) { return std::move(instruments_); });
     if (drill_) parts.vfs = drill_->disk();
-    parts.sync_each_commit = drill_ != nullptr;  // whose disk may fail
+    parts.sync_each_commit = drill_ != nullptr;  // a drill may let the disk fail
     Config config;
     config.database = request_.db_path;
     app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));
@@ -102,7 +102,7 @@ class RunRehearsal final : public Rehearsal {
     outcome_ = std::move(outcome);
   }
 
-  // Reads the result from the rows.
+  // Reads the result from the stored rows.
   Result<RehearseResult> summarise() {
     RehearseResult out;
     static_cast<RunOutcome&>(out) = *outcome_;
@@ -127,7 +127,7 @@ class RunRehearsal final : public Rehearsal {
     return out;
   }
 
-  // The first answer to each question, and where it came from.
+  // Adds the first answer to each question, and who gave it.
   static Result<> add_answers(const Database& db, RehearseResult& out) {
     const auto read = [&out](const Statement& row) {
       const auto answer = from_json<AnswerEvent>(row.text(1));
@@ -178,7 +178,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   InstrumentNoise noise;
   noise.capacitance_F = bench->plant.capacitance_noise_F;
   noise.force_N = bench->plant.force_noise_N;
-  // Recordings of an LCR-6100 tell that of FAST; a bench file may state the others.
+  // The noise of FAST is known from recordings of an LCR-6100; a bench file may state the others.
   for (const std::size_t i : {1U, 2U}) {
     noise.guessed[i] = noise.capacitance_F[i] == PlantConfig().capacitance_noise_F[i];
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole run on the simulated bench in virtual time, in this process: the daemon's App with
-// another clock and simulated instruments. `lcrig rehearse` and `lcrig protocol plan` call it.
+// Rehearses a run on the simulated bench, in virtual time and in this process: the daemon's App
+// with another clock and simulated instruments. Used by `lcrig rehearse` and `lcrig protocol plan`.
 #pragma once
 
 #include <cstdint>
@@ -18,38 +18,39 @@ namespace lcrig {
 
 struct RehearseRequest : RunRequest {
   std::string bench = "paper";  // a name, or "replay:DIR"
-  std::string bench_text;  // of the bench file; empty: `bench` is one that the program knows
+  std::string bench_text;  // text of the bench file; empty: `bench` is a shipped one
   std::optional<std::uint64_t> seed;  // absent: the bench's own
-  std::optional<ErrorScope> errors;  // absent: as the bench file says
-  std::optional<std::uint64_t> rig_seed;  // of the errors that last; absent: `seed`
+  std::optional<ErrorScope> errors;  // absent: those of the bench file
+  std::optional<std::uint64_t> rig_seed;  // for the lasting errors; absent: `seed`
   std::string db_path;
-  // Fault script (docs/faults.md); an empty text: nothing goes wrong.
+  // Fault script (docs/faults.md); with an empty text nothing goes wrong.
   std::string faults_name, faults_text;
-  // Answers of its person (docs/protocol-file.md). An empty text: the defaults, or something that
-  // fits.
+  // Answers of the simulated person (docs/protocol-file.md). Without a text: the defaults, or
+  // something that fits.
   std::string answers_name, answers_text;
   // Called on the calling thread whenever the status changed; may be empty.
   std::function<void(const RunStatus&)> progress;
 };
 
 struct RehearseResult : RunOutcome {
-  // Absent when the run did not measure it.
+  // Absent if the run did not measure them.
   std::optional<double> c0_pF, peak_force_N, delta_C_fF_at_peak;
   std::string db_path;
-  std::int64_t faults = 0;  // that happened, of the script
-  std::vector<std::string> remarks;  // what of it is no physics, and what nobody really answered
+  std::int64_t faults = 0;  // number of faults of the script that happened
+  std::vector<std::string> remarks;  // which results are not physics, and which answers were
+                                     // invented
 };
 
 // Errors: invalid_request (protocol, parameters, specimen, bench, faults), io (database). A run
 // that began and failed is a result, not an error.
 Result<RehearseResult> rehearse(const RehearseRequest& request);
 
-// For `lcrig protocol plan`: what that bench's instruments can do, and, with a specimen, what it
-// will take to press it. Same errors.
+// For `lcrig protocol plan`: the capabilities of a bench's instruments and, with a specimen,
+// estimates of the force to compress it. Errors: as rehearse.
 struct BenchRequest {
   std::string bench = "paper", bench_text;  // as in RehearseRequest
-  std::string specimen_name, specimen_text;  // empty: no estimates of the specimen
-  bool weights = false;  // a rod with dead weights instead of the load frame
+  std::string specimen_name, specimen_text;  // empty: no estimates for a specimen
+  bool weights = false;  // a rod with dead weights instead of the frame
 };
 struct Rig;  // protocols/plan/check.hpp
 Result<Rig> bench_rig(const BenchRequest& request);

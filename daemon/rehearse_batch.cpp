@@ -41,7 +41,7 @@ class BatchRehearsal final : public Rehearsal {
   Result<> make_app() {
     if (auto r = keep(bench_of(request_.bench, request_.bench_text), bench_); !r) return r;
     if (request_.errors) bench_.errors = request_.errors;
-    bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans say
+    bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans assume
     Config config;
     config.database = request_.db_path;
     AppParts parts;
@@ -53,7 +53,7 @@ class BatchRehearsal final : public Rehearsal {
     return empty_queue();
   }
 
-  // The bench with another specimen, and other noise, for each run.
+  // Makes the bench with the specimen of the run, and with other noise for each run.
   Result<std::unique_ptr<Instruments>> make_instruments(const InstrumentsRequest& wanted) {
     SimRequest sim(bench_, wanted);
     if (request_.noise_seed) sim.seed = static_cast<std::int64_t>(*request_.noise_seed);
@@ -61,7 +61,8 @@ class BatchRehearsal final : public Rehearsal {
     return make_sim_instruments(io_.get_executor(), clock_, sim);
   }
 
-  // Entries of a rehearsal that was broken off belong to nobody. All others are a queue of people.
+  // Removes entries of an earlier rehearsal that was broken off. Errors when there are any others,
+  // because they belong to people.
   Result<> empty_queue() {
     auto db = open_read_write(request_.db_path);
     if (!db) return fail(db.error());
@@ -81,7 +82,7 @@ class BatchRehearsal final : public Rehearsal {
     return free_name(*db);
   }
 
-  // A day may be rehearsed again and again.
+  // Finds a free name, because the same day may be rehearsed again and again.
   Result<> free_name(const Database& db) {
     out_.name = request_.batch.name;
     for (int again = 2;; ++again) {
@@ -106,7 +107,8 @@ class BatchRehearsal final : public Rehearsal {
 
   Task<> tend(QueueHandler& queue, std::int64_t entries) {
     begin_ = clock_.now();
-    std::int64_t starts_left = 2 * entries + 10;  // a queue that never gets on is no reason to wait
+    std::int64_t starts_left = 2 * entries + 10;  // ends the rehearsal of a queue that makes no
+                                                  // progress
     auto started = co_await queue.start(HeadChoice::none, person_);
     if (!started) failure_ = started.error();
     while (!failure_) {
@@ -137,7 +139,7 @@ class BatchRehearsal final : public Rehearsal {
     co_await clock_.wait_for(takes);
   }
 
-  // Types what the gate wants to hear.
+  // Types what the gate expects.
   Task<> open_gate(QueueHandler& queue, const QueueStatus& status) {
     co_await use_hands(status, status.prompt);
     auto entry = co_await queue.show(*status.entry);
@@ -154,8 +156,7 @@ class BatchRehearsal final : public Rehearsal {
     if (!answered) failure_ = answered.error();
   }
 
-  // After something went wrong: an entry that failed is skipped, or repeated where its terms say
-  // that it is repeated once somebody has looked.
+  // Goes on after a failure: skips the entry, or repeats it if its terms ask for that after a look.
   Task<> go_on(QueueHandler& queue, const QueueStatus& status) {
     co_await use_hands(status, status.why);
     HeadChoice choice = HeadChoice::none;
@@ -175,7 +176,7 @@ class BatchRehearsal final : public Rehearsal {
     if (!started && status.count > 0) failure_ = started.error();
   }
 
-  // Reads the result from the rows.
+  // Reads the result from the stored rows.
   Result<> sum_up() {
     auto db = open_read_only(request_.db_path);
     if (!db) return fail(db.error());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole day on the simulated bench in virtual time: the daemon's App with its queue, and somebody
-// who acts at the gates. `lcrig rehearse --batch` calls it.
+// Rehearses a whole day on the simulated bench in virtual time: the daemon's App with its queue,
+// and a simulated person at the gates. Used by `lcrig rehearse --batch`.
 #pragma once
 
 #include <cstdint>
@@ -16,44 +16,44 @@
 namespace lcrig {
 
 struct RehearseBatchRequest {
-  BatchAdd batch;  // stored as NAME-2, NAME-3 where the name exists
+  BatchAdd batch;  // stored as NAME-2, NAME-3 if the name exists
   std::string bench = "paper", bench_text;  // as in RehearseRequest
-  std::optional<std::uint64_t> noise_seed;  // of the first run, one more for each; else the bench's
+  std::optional<std::uint64_t> noise_seed;  // for the first run, then increasing by one; absent:
+                                            // the bench's
   std::optional<ErrorScope> errors;
   std::string db_path;
-  double hand_s = 120;  // what a person takes, each time
+  double hand_s = 120;  // time that a person takes for each act
   std::int64_t begin_unix_ns = 0;
   std::function<void(const RunStatus&)> progress;  // as in RehearseRequest
 };
 
-// When somebody has to do what.
+// An act of a person, and its time.
 struct HandTime {
-  double at_s = 0;  // since the queue was started
+  double at_s = 0;  // since the start of the queue
   std::int64_t entry = 0;
-  std::optional<QueueGate> gate;  // nullopt: the queue held
+  std::optional<QueueGate> gate;  // nullopt: the queue was held
   std::string prompt;
 };
-struct RehearsedEntry : BatchListing {  // at the end
+struct RehearsedEntry : BatchListing {  // as it was at the end
   std::optional<std::int64_t> run;
   std::optional<ExitStatus> exit_status;  // of the run
   std::string reason;
   std::int64_t measure_readings = 0;
   double duration_s = 0;
-  std::int64_t acts = 0;  // of a person inside its runs: weights, confirmations, answers
+  std::int64_t acts = 0;  // acts of a person during its runs: weights, confirmations, answers
 };
 struct RehearseBatchResult {
   std::string name, db_path;
   double length_s = 0, machine_s = 0, hands_s = 0;
   std::int64_t measure_readings = 0;
-  std::vector<RehearsedEntry> entries;  // in their order
+  std::vector<RehearsedEntry> entries;  // in the order of the queue
   std::vector<HandTime> hands;
-  std::vector<std::string> troubles;  // what held the queue, and entries that did not succeed
+  std::vector<std::string> troubles;  // causes of holds, and entries without success
   double wall_s = 0;
 };
 
 // Errors: invalid_request (the table, the bench, a database with a queue of its own), io. A failure
-// on the day is a result and no error: the simulated person skips the entry, and the result tells
-// it.
+// of an entry is not an error: the simulated person skips the entry, and the result reports it.
 Result<RehearseBatchResult> rehearse_batch(const RehearseBatchRequest& request);
 
 }  // namespace lcrig

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run as somebody asks for it, and how it ended: the same for the control socket, the daemon and
-// a rehearsal.
+// The request for a run, and its outcome. Used by the control socket, the daemon and rehearsals.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +15,23 @@ namespace lcrig {
 struct RunRequest {
   std::string protocol_name, protocol_text;
   ParameterValues parameters;
-  // Without a text the daemon looks the name up in its database; a replay needs neither.
+  // Without a text, the daemon looks the name up in its database; a replay needs neither.
   std::string specimen_name, specimen_text;
-  std::string operator_name, note;  // no operator: the user at the other end of the socket
+  std::string operator_name, note;  // without an operator: the user at the other end of the socket
 };
 
 struct RunOutcome {
   std::int64_t run = 0;
   ExitStatus exit_status = ExitStatus::fail;
-  std::optional<Errc> code;  // why, when it was not a success
+  std::optional<Errc> code;  // why it was not a success
   std::string reason;
-  bool stands = true;  // as far as the frame was asked to move, it confirmed that it stands
+  bool stands = true;  // the frame confirmed standstill, or was never asked to move
   bool simulated = false;  // a simulator or a recording stood for at least one instrument
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
-  double duration_s = 0;  // of the rig
-  double wall_s = 0;  // of this computer
-  std::string anchor;  // of the run's hash chain (storage/anchor.hpp); empty: its end is not stored
+  double duration_s = 0;  // by the clock of the rig
+  double wall_s = 0;  // by the clock of this computer
+  std::string anchor;  // of the run's hash chain (storage/anchor.hpp); empty: the end was not
+                       // stored
 };
 
 }  // namespace lcrig

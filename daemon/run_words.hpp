@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words about a run for the journal and the service manager, one line each. App writes them.
+// Words about a run for the journal and the service manager, one line each. Used by App.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace lcrig {
 
 // "run 3", "simulated run 3"
 std::string run_words(bool simulated, std::int64_t run);
-// " (anchor 57:9c4f…)": in the journal it cannot be changed together with the database. Empty when
-// there is none.
+// " (anchor 57:9c4f…)". The journal keeps the anchor apart from the database, so both cannot be
+// changed together. Empty without an anchor.
 std::string anchor_words(const std::string& anchor);
-// The words for a run that was found without an end. `had_ended`: its end was deleted; then the
-// anchor is the one of that end.
+// The words for a run that was found without an end. `had_ended`: its end was deleted, and the
+// anchor belongs to that end.
 std::string orphan_line(std::int64_t run, const std::string& anchor, bool had_ended);
 // "run 3 static-frame on paper-1: running, level, 34 %, 8 min left"
 std::string service_line(const RunStatus& status);

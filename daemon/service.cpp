@@ -50,7 +50,7 @@ void ServiceNotifier::send(std::string_view state) const {
   const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return;
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
-  // A service manager that reads nothing must not stop the rig.
+  // A service manager that does not read must not block the rig.
   ::sendto(fd, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
            reinterpret_cast<const sockaddr*>(&address), length);
   ::close(fd);
@@ -59,9 +59,10 @@ void ServiceNotifier::send(std::string_view state) const {
 bool lock_memory() {
   const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
   const bool endless = ::setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0;
-  if (::mlockall(MCL_CURRENT) != 0) return false;  // reads in what is not there yet
-  // Memory that comes later (the heap, stacks of threads) is locked when it is used. Not below a
-  // limit: a program that reaches it gets no memory at all.
+  if (::mlockall(MCL_CURRENT) != 0) return false;  // loads all pages that are not in memory
+  // Memory that is allocated later (heap, stacks of threads) is locked when it is used. Without an
+  // unlimited limit this is not done, because a program that reaches the limit gets no memory at
+  // all.
   if (endless) ::mlockall(MCL_FUTURE | MCL_ONFAULT);
   return true;
 }

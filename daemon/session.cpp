@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// The parsers limit the files; these come with them.
+// Checks the texts that come besides the files. The parsers limit the files themselves.
 Result<> check_words(const RunRequest& request) {
   const std::pair<std::string_view, std::string_view> names[] = {
       {"protocol", request.protocol_name},
@@ -103,8 +103,7 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
       prepared_(std::move(prepared)),
       commands_(commands_frame(prepared_.protocol) || prepared_.places_weights) {}
 
-// A bench has its own model of the specimen; for a real rig the file of the specimen is all there
-// is.
+// A simulated bench has a model of the specimen; for a real rig only the specimen's file is known.
 void add_specimen(Rig& rig, const PreparedRun& run) {
   if (rig.compression_m || !run.specimen) return;
   rig.specimen_least_m = least_shortening(*run.specimen);
@@ -128,7 +127,7 @@ Task<Result<>> Session::plan() {
   co_return keep(std::move(plan), plan_);
 }
 
-// The same plan, with contact where it was found: before anything is pressed.
+// Checks the plan again with the place of contact that was found, before anything is pressed.
 Task<Result<>> Session::check_at_contact(double start_travel_m, double contact_travel_m) {
   Rig rig = rig_;
   rig.start_travel = Length::from_si(start_travel_m);
@@ -149,7 +148,7 @@ bool Session::simulated() const {
   return instruments_->info().simulated || frame_identity_.simulated || meter_identity_.simulated;
 }
 
-// Nothing is shown before it is stored.
+// Updates what is shown from stored rows only.
 void Session::acknowledge(const Committed& c) {
   RunRecord& s = acknowledged_;
   s.lcr_readings += static_cast<std::int64_t>(c.readings);
@@ -168,7 +167,7 @@ void Session::acknowledge(const Committed& c) {
     s.pressure_Pa.reset();
     if (s.force_N && area_m2) s.pressure_Pa = *s.force_N / *area_m2;
   }
-  // A level that is begun anew counts once.
+  // The readings of an abandoned level do not count.
   for (const RunEvent& event : c.events) {
     const auto* const lost = event.as<LevelAbandonedEvent>();
     if (lost != nullptr) s.measure_readings -= lost->readings.value_or(0);
@@ -184,13 +183,13 @@ Result<> Session::compare_origin() {
   return same;
 }
 
-// Beside the loop: a disk of the network may take seconds to answer.
+// Aside, because a network disk may take seconds to answer.
 Task<Result<>> Session::require_room_for_plan() {
   const auto job = [this] { return require_room(recorder_.path(), plan_.bytes); };
   co_return co_await run_aside(executor_, clock_, job);
 }
 
-// The settings come last: readings follow.
+// Sends the settings last, because readings follow them.
 Task<Result<>> Session::set_up_meter() {
   LcrMeter& meter = instruments_->meter();
   Result<> done;
@@ -271,7 +270,7 @@ RunSetup Session::make_setup(std::int64_t run) {
   return setup;
 }
 
-// The event is stored when the lock is free again.
+// Warns at once; the event is stored when the lock is free again.
 void Session::tell_locked(Duration waited, std::size_t rows) {
   const std::string text = fmt::format(
       "{}: another program has held the database's write lock for {:.0f} s; {} rows of this run "
@@ -294,15 +293,15 @@ void Session::tell_moved() {
   recorder_.event(RunEvent(clock_.now(), EventKind::database_moved, "", text));
 }
 
-// Beyond the table of a simulated specimen there is no physics. The force that acted counts: a cell
-// that errs shows another.
+// Beyond the table of a simulated specimen the results are not physics. The true force decides,
+// because a cell with errors may show another.
 void Session::note_extrapolation() {
   const auto solved_N = instruments_->info().solved_to_N;
   if (!solved_N || instruments_->door() == nullptr) return;
   const Plant* plant = instruments_->door()->plant();
   if (plant == nullptr) return;
   const double peak_N = plant->peak_answered_N(clock_.now());
-  if (peak_N <= *solved_N * (1 + 1e-6)) return;  // rounding
+  if (peak_N <= *solved_N * (1 + 1e-6)) return;  // allows for rounding
   recorder_.event(RunEvent(
       clock_.now(), EventKind::extrapolated, "",
       fmt::format("the bench went to {:.4g} N, but its specimen is reckoned up to {:.4g} N only: "

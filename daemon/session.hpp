@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run from request to closed row: the same for the daemon and for a rehearsal.
+// One run from its request to its closed row, both in the daemon and in a rehearsal. Used by
+// RunStarter.
 #pragma once
 
 #include <functional>
@@ -18,34 +19,34 @@
 
 namespace lcrig {
 
-// The capacitance that a specimen shows before anything presses it.
+// The capacitance that a specimen should show at rest.
 struct ExpectedAtRest {
   double capacitance_F = 0, tolerance_F = 0;
   std::string source;  // "in run 12", "by its file"
 };
 
-// A request whose files are right. No instrument has been asked for anything yet.
+// A request whose files are correct. No instrument has been asked yet.
 struct PreparedRun {
   RunRequest request;
   Protocol protocol;
   Environment environment;
   std::optional<Specimen> specimen;
   bool places_weights = false;
-  double max_force_N = 0;  // of the limits
-  std::optional<Continuation> continues;  // of an interrupted run
-  std::optional<std::int64_t> queue_entry;  // whose turn it is
-  std::optional<ExpectedAtRest> at_rest;  // compared before anything moves; none: not compared
+  double max_force_N = 0;  // from the protocol's limits
+  std::optional<Continuation> continues;  // the interrupted run that it continues
+  std::optional<std::int64_t> queue_entry;  // the entry of the queue that it belongs to
+  std::optional<ExpectedAtRest> at_rest;  // compared before anything moves; none: no comparison
 };
-// The force limit of the protocol; a small force where it names none.
+// The force limit of the protocol; a small force if it has none.
 double largest_force_N(const Protocol& protocol, const Environment& environment);
 // Errors: invalid_request with file position and JSON pointer.
 Result<PreparedRun> prepare_run(RunRequest request);
-// The instruments that a run needs. `run` outlives the answer.
+// The instruments that a run needs. `run` must outlive the result.
 InstrumentsRequest instruments_for(const PreparedRun& run);
 
-// The rig for a plan, from identified instruments and the specimen on them.
+// The rig for a plan, from identified instruments and their specimen.
 Rig describe_rig(Instruments& instruments);
-// Adds the facts from the specimen's file, where the rig has no model of it.
+// Adds the facts in the specimen's file if the rig has no model of it.
 void add_specimen(Rig& rig, const PreparedRun& run);
 
 class Session {
@@ -53,54 +54,53 @@ class Session {
   Session(asio::any_io_executor executor, Clock& clock, Recorder& recorder,
           std::unique_ptr<Instruments> instruments, PreparedRun prepared);
 
-  // Identifies both instruments and looks at them, plans against what they can do, takes command of
-  // the frame, configures the meter, writes the run row. Everything that can be refused is refused
-  // here; nothing has moved when it fails, and a frame that can be observed was not commanded when
-  // the plan is refused.
+  // Identifies both instruments and looks at them, plans with their capabilities, takes command of
+  // the frame, configures the meter, and writes the run row. Everything that can be refused is
+  // refused here. If it fails, nothing has moved; and if the plan is refused, a frame that can be
+  // observed was not commanded.
   Task<Result<std::int64_t>> open();
-  // The first half of it: what `open` would do. Nothing is commanded.
+  // Does the first part of `open`, up to the plan. Commands nothing.
   Task<Result<Plan>> preview();
-  // Runs to the end and closes the run row. Call `close` after it, and after a failed `open`.
+  // Runs to the end and closes the run row. Call `close` afterwards, and after a failed `open`.
   Task<RunResult> execute();
   Task<> close();
 
-  // Where it reports what it learns of the instruments, and why they are asked. Before `preview`
-  // and `open`; `known` outlives this.
+  // Sets where it reports what it learns about the instruments, and why they are asked. Call it
+  // before `preview` and `open`; `known` must outlive it.
   void report_to(KnownRig& known, LearnedBy why);
 
   Instruments& instruments() { return *instruments_; }
-  Run* run() { return run_.get(); }  // nullptr before `open` succeeded
+  Run* run() { return run_.get(); }  // nullptr until `open` has succeeded
   const Run* run() const { return run_.get(); }
-  // After `preview` or `open` succeeded: who answered, and what the plan reckoned with.
+  // After `preview` or `open`: the instruments that answered, and the rig that the plan used.
   const Identity& meter_identity() const { return meter_identity_; }
   const Identity& frame_identity() const { return frame_identity_; }
   const Rig& rig() const { return rig_; }
-  // After `open` failed: why what is on the rig does not seem to be the specimen of the request.
+  // After `open` failed: why the specimen on the rig seems to be another one than requested.
   const std::optional<std::string>& stranger() const { return stranger_; }
-  // After `open` failed: the run that it was to continue, if no later attempt can.
+  // After `open` failed: the run that it was to continue, if that has become impossible.
   std::optional<std::int64_t> lost_run() const { return lost_run_; }
-  // The plan, after `preview` or `open` succeeded.
+  // The plan, after `preview` or `open`.
   const Plan& planned() const { return plan_; }
-  // For the watchdog: grows while the run or its end moves on.
+  // For the watchdog: grows while the run, or the storing of its end, makes progress.
   std::optional<std::uint64_t> beats() const;
-  // Status from acknowledged rows only.
+  // The status from stored rows only.
   RunStatus status() const;
-  // After `execute`: the anchor of the closed run's chain, as text; empty when it could not be
-  // closed.
+  // After `execute`: the anchor of the closed run's chain as text; empty if it could not be closed.
   const std::string& anchor() const { return anchor_; }
-  bool simulated() const;  // an instrument of it is; after `preview` or `open`
+  bool simulated() const;  // an instrument is simulated; valid after `preview` or `open`
   bool is_turn_of_queue() const { return prepared_.queue_entry.has_value(); }
   bool places_weights() const { return prepared_.places_weights; }
   const std::string& operator_name() const { return prepared_.request.operator_name; }
   // Calls to its owner; each may be empty.
   struct Listener {
-    std::function<void(const RunProgress&)> step;  // begins
+    std::function<void(const RunProgress&)> step;  // a step begins
     std::function<void()> stop;  // the frame was stopped, or did not confirm it
-    std::function<void(const std::vector<RunEvent>&)> events;  // of a commit
-    // Asked between the parts of `open`: an error ends it before anything is commanded.
+    std::function<void(const std::vector<RunEvent>&)> events;  // events of a commit
+    // Called between the parts of `open`. An error ends it before anything is commanded.
     std::function<Result<>()> goes_on;
   };
-  // Before `open`.
+  // Call it before `open`.
   void set_listener(Listener listener) { listener_ = std::move(listener); }
 
  private:
@@ -130,11 +130,11 @@ class Session {
   Recorder& recorder_;
   std::unique_ptr<Instruments> instruments_;
   PreparedRun prepared_;
-  KnownRig* known_ = nullptr;  // nullptr: nobody wants to know
+  KnownRig* known_ = nullptr;  // nullptr: no report is wanted
   Learned learned_;
   Identity meter_identity_, frame_identity_;
-  bool commands_ = true;  // the protocol asks something of the frame
-  bool commanded_ = false;  // the frame was told so
+  bool commands_ = true;  // whether the protocol commands the frame
+  bool commanded_ = false;  // the session has taken command of the frame
   bool ending_ = false;  // the run is over, and its end is being stored
   Rig rig_;
   std::optional<Forecast> forecast_;

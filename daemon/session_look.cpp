@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a session meets its instruments: it asks who they are, looks at the frame, takes command. The
-// daemon knows what it learns of them from then on, whatever becomes of the run.
+// The first contact of a session with its instruments: it asks their identity, looks at the frame,
+// and takes command. It reports everything to KnownRig, whatever becomes of the run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// Remembers what a frame shows that is only looked at.
+// Collects the samples of a frame that is only observed.
 struct Looker final : LoadFrame::Listener {
   explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
   ~Looker() override { frame.set_listener(nullptr); }
@@ -45,7 +45,7 @@ bool is_capacitance(LcrFunction function) {
 
 }  // namespace
 
-// The mean of a few readings; the first one after new settings does not count.
+// Compares the mean of a few readings; the first one after new settings is ignored.
 Task<Result<>> Session::compare_at_rest() {
   constexpr int kReadings = 5;
   const auto& wanted = prepared_.at_rest;
@@ -79,7 +79,7 @@ void Session::learn(Instrument which, const Result<Identity>& answer) {
   if (known_ != nullptr) known_->learned(which, answer, learned_);
 }
 
-// From here on the things learned belong to this run.
+// From here on, what is known about the instruments comes from this run.
 void Session::learn_of_run(std::int64_t run) {
   learned_ = Learned(LearnedBy::run, run);
   for (const Instrument which : {Instrument::lcr, Instrument::frame}) on_loss(which, nullptr);
@@ -94,14 +94,15 @@ void Session::on_loss(Instrument which, const Error* lost) {
   }
 }
 
-// A frame that cannot be observed is commanded at once, if it is to be commanded at all.
+// If the frame cannot be observed and will be commanded anyway, takes command at once.
 Task<Result<>> Session::identify() {
   auto meter = co_await instruments_->meter().identify();
   learn(Instrument::lcr, meter);
   if (!meter) co_return fail(meter.error());
   meter_identity_ = std::move(*meter);
   LoadFrame& frame = instruments_->frame();
-  // 0: not known before it said who it is. What the protocol wants instead is the plan's to refuse.
+  // 0: unknown before the frame has reported its identity. If the protocol wants a higher rate, the
+  // plan refuses it.
   const double most_Hz = frame.capabilities().sample_rate_max_Hz;
   const double wanted_Hz = prepared_.protocol.sample.frame_rate_Hz;
   const double rate_Hz = most_Hz > 0 ? std::min(wanted_Hz, most_Hz) : wanted_Hz;
@@ -124,7 +125,7 @@ Task<Result<>> Session::identify() {
   co_return Result<>();
 }
 
-// Where the frame stands, and how much its force scatters there: the plan reckons with both.
+// Measures where the frame stands and how its force scatters there; the plan uses both.
 Task<Result<>> Session::look() {
   rig_ = describe_rig(*instruments_);
   const FrameCapabilities& caps = rig_.frame;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The row of a session's run: all that is known before its first reading.
+// Makes the row of a session's run: everything known before its first reading.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -38,7 +38,7 @@ std::string limits_json(const BoundLimits& l) {
   return out.dump();
 }
 
-// Parameters as they were bound, in the unit that the name ends in.
+// Parameters as bound, in the unit of the name's suffix.
 std::string parameters_json(const Environment& environment) {
   json out = json::object();
   for (const auto& [name, value] : environment.values()) {

@@ -52,8 +52,8 @@ FdTransport::~FdTransport() {
   close();
 }
 
-// Bytes in a port that went away reach nobody, and a driver may take seconds to close it. So it is
-// closed aside, and not waited for.
+// A port that went away is closed on another thread and not awaited, because its driver may take
+// seconds to close it. Bytes still in it are lost anyway.
 void FdTransport::close() {
   if (!descriptor_.is_open()) return;
   const int fd = descriptor_.release();
@@ -82,8 +82,8 @@ Result<std::size_t> FdTransport::read_now(std::span<char> buffer) {
 
 Task<Result<std::size_t>> FdTransport::read_some(std::span<char> buffer, MonoTime deadline) {
   if (!descriptor_.is_open()) co_return fail(Errc::disconnected, "{}: the port is closed", name_);
-  // Bytes that have arrived are read directly, because going through the reactor costs more than
-  // the read itself. Every 64th read still goes through the reactor, so that a peer that floods the
+  // Reads bytes that have arrived directly, because going through the reactor costs more than the
+  // read itself. Every 64th read still goes through the reactor, so that a peer that floods the
   // line cannot starve the other coroutines of this thread.
   const bool only_look = deadline <= clock_.now();
   if (only_look || ++eager_reads_ % 64 != 0) {

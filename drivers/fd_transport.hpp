@@ -13,9 +13,9 @@ namespace lcrig {
 
 class FdTransport final : public Transport {
  public:
-  // Takes ownership of `fd`. `closer` gets the descriptor after Asio has released it, and closes
-  // it; the default is ::close. It exists for ports that need more than ::close. A port that went
-  // away is closed on a thread of its own.
+  // Takes ownership of `fd`. `closer` closes the descriptor after Asio has released it, for ports
+  // that need more than ::close, the default. A port that went away is closed on a thread of its
+  // own.
   FdTransport(asio::any_io_executor executor, Clock& clock, int fd, std::string name,
               std::function<void(int)> closer = {});
   ~FdTransport() override;
@@ -26,7 +26,7 @@ class FdTransport final : public Transport {
   const std::string& name() const override { return name_; }
 
  private:
-  Result<std::size_t> read_now(std::span<char> buffer);  // 0: nothing there yet
+  Result<std::size_t> read_now(std::span<char> buffer);  // 0: no bytes yet
   Result<> write_now(std::string_view& bytes);
   tl::unexpected<Error> failed(std::string_view what, const boost::system::error_code& ec);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every meter and every frame does, unless it says otherwise.
+// Defaults for all meters and frames, which drivers may override.
 #include <utility>
 
 #include "base/clock.hpp"

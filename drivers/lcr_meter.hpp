@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interface of every LCR meter. Protocols and daemon know no more of the instrument than this;
-// drivers implement it, and simulators answer the drivers.
+// The interface of every LCR meter. Protocols and daemon know the instrument only through it.
+// Drivers implement it, and simulators answer the drivers.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ namespace lcrig {
 struct Identity {
   std::string maker, model, firmware, serial;
   std::string text;  // the reply exactly as sent
-  bool simulated = false;  // the instrument says that it is simulated
+  bool simulated = false;  // the instrument itself says so
 };
 
 // The impedance functions of the LCR-6000 dialect that the rig uses (reference manual: FUNCtion).
@@ -57,8 +57,8 @@ struct LcrSettings {
   std::optional<Duration> poll_interval;
   bool operator==(const LcrSettings&) const = default;
 };
-// For run rows and events; analysis needs the conversion time to know the window of a polled
-// reading.
+// The settings as stored in run rows and events. The analysis needs the conversion time to know
+// when a polled reading was measured.
 SettingsEvent settings_event(const LcrSettings& settings, Duration conversion_time);
 
 struct LcrCapabilities {
@@ -70,8 +70,9 @@ struct LcrCapabilities {
   // Time of one conversion without averaging, by aperture (fast, medium, slow).
   Duration conversion[3] = {};
   Duration conversion_time(const LcrSettings& s) const;  // with averaging
-  // For a meter with internal trigger that answers at once: by how much later after its conversion
-  // each value is found than the one before, and by how much the driver then asks earlier again.
+  // For a meter with internal trigger that answers at once: how much later after its conversion
+  // each value is found than the one before, and how much earlier the driver asks again after that
+  // (Pace::kLater and kEarlier).
   Duration found_later{}, found_earlier{};
 };
 
@@ -79,9 +80,9 @@ namespace lcr_flag {
 constexpr std::uint32_t kPrimaryOverload = 1U << 0U;  // primary is NULL
 constexpr std::uint32_t kSecondaryOverload = 1U << 1U;  // secondary is NULL
 constexpr std::uint32_t kAfterResync = 1U << 2U;  // first reading after the line was resynchronised
-constexpr std::uint32_t kAfterSetUp = 1U << 3U;  // first reading after a set-up that the driver
-                                                 // sent again by itself (the meter had become slow)
-constexpr std::uint32_t kAfterGap = 1U << 4U;  // first reading after the meter was away
+constexpr std::uint32_t kAfterSetUp = 1U << 3U;  // first reading after the driver repeated the
+                                                 // set-up, because the meter had become slow
+constexpr std::uint32_t kAfterGap = 1U << 4U;  // first reading after the meter was lost
 }  // namespace lcr_flag
 
 struct LcrReading {
@@ -95,7 +96,7 @@ struct LcrReading {
   MonoTime asked, first_byte, last_byte;
 };
 
-// nullopt: the meter cannot say.
+// nullopt: the meter cannot tell.
 struct CorrectionsOn {
   std::optional<bool> open, short_circuit;
 };
@@ -114,11 +115,11 @@ class LcrMeter {
   // One reading with the current settings: a new conversion (bus trigger), or the next answer to a
   // poll (internal trigger; check `fresh`).
   virtual Task<Result<LcrReading>> measure() = 0;
-  // Open or short correction, after a person has prepared the fixture; it is on then. Takes
-  // minutes. The meter has to be configured again. Errors: refused (the meter's own verdict, or it
-  // does not switch the correction on); after any other one it may still be busy.
+  // Measures an open or short correction, after a person has prepared the fixture, and switches it
+  // on. Takes minutes. The meter has to be configured again. Errors: refused (the meter's own
+  // verdict, or it does not switch the correction on); after any other error it may still be busy.
   virtual Task<Result<>> correct(CorrectionKind kind) = 0;
-  // Which corrections it applies now.
+  // Which corrections the meter applies now.
   virtual Task<Result<CorrectionsOn>> corrections();
   // Call after a cancelled or failed exchange, so that no late answer is taken for a later one.
   virtual Task<Result<>> resync() = 0;

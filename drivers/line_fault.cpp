@@ -24,7 +24,7 @@ std::string spoiled(std::string bytes, LineFault::Kind kind) {
 
 void LineNoise::spoil(std::string& bytes, double byte_probability) {
   if (byte_probability <= 0) return;
-  // Made from 53 bits by hand, so that every standard library gives the same numbers.
+  // Made from 53 bits explicitly, so that every standard library gives the same numbers.
   const auto unit = [this] { return static_cast<double>(random_() >> 11U) * 0x1p-53; };
   for (char& c : bytes) {
     if (unit() < byte_probability) c = static_cast<char>(0x80U | (random_() & 0x7fU));

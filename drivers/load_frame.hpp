@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The interface of every load frame, including a rod with dead weights. Protocols and daemon know
-// no more of the machine than this. Compression is positive; travel grows towards the specimen.
+// the machine only through it. Compression is positive; travel grows towards the specimen.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct ForceLoop {
   ForceRate rate_max;
   Duration lag{};  // a ramp overshoots its target by at most its rate times this
   Force ripple;  // of a held force, to either side
-  Stiffness stiffness_max;  // of the stiffest contact for which these bounds hold
+  Stiffness stiffness_max;  // stiffest contact for which these bounds hold
   bool operator==(const ForceLoop&) const = default;
 };
 
@@ -33,7 +33,7 @@ struct FrameCapabilities {
   bool motion = false;  // can move by itself
   bool force_hold = false;  // closed force loop in the device
   bool device_stop =
-      false;  // stops at a force by itself; otherwise the host's latency adds to overshoot
+      false;  // stops at a force by itself; otherwise the host's latency adds to the overshoot
   bool weights = false;  // dead weights placed by a person
   bool force_channel = true;  // reports force
   bool travel_channel = true;
@@ -42,14 +42,14 @@ struct FrameCapabilities {
   Velocity speed_min, speed_max;
   Length travel_min, travel_max;
   double sample_rate_max_Hz = 0;
-  std::optional<ForceLoop> force_loop;  // absent: the loop's behaviour is not known
+  std::optional<ForceLoop> force_loop;  // absent: the loop's behaviour is unknown
   // Reaction time and deceleration predict the overshoot (docs/frame-link.md, section 2).
   Duration reaction{};
   Acceleration deceleration;
   bool operator==(const FrameCapabilities&) const = default;
 };
 
-// The device must accept limits before any motion.
+// Limits that the device supervises. It must have accepted them before any motion.
 struct FrameLimits {
   Force force_min, force_max;
   Length travel_min, travel_max;
@@ -60,8 +60,10 @@ struct FrameLimits {
 namespace frame_flag {
 constexpr std::uint32_t kMoving = 1U << 0U;
 constexpr std::uint32_t kForceControl = 1U << 1U;
-constexpr std::uint32_t kForceOverload = 1U << 2U;  // beyond the load cell's range: force is NULL
-constexpr std::uint32_t kAfterGap = 1U << 3U;  // samples of the device are missing before this one
+constexpr std::uint32_t kForceOverload = 1U << 2U;  // beyond the load cell's range: force_N is
+                                                    // empty
+constexpr std::uint32_t kAfterGap = 1U << 3U;  // samples that the device sent before this one are
+                                               // missing
 }  // namespace frame_flag
 
 struct FrameSample {
@@ -73,7 +75,6 @@ struct FrameSample {
   MonoTime received;  // when the line that carried it was complete
 };
 
-// Why a motion ended.
 enum class MotionEnd { target, force_limit, travel_limit, stopped, fault };
 template <>
 inline constexpr EnumWords<5> kWordsOf<MotionEnd>{"target", "force_limit", "travel_limit",
@@ -91,7 +92,7 @@ MotionEnded<kind> ended_event(const MotionOutcome& o) {
   return {std::string(to_string(o.reason)), o.force_N, o.travel_m};
 }
 
-// A person at the rig. `confirm` returns when the person confirms the prompt.
+// A person at the rig, who confirms prompts. `confirm` returns when the person has confirmed.
 class Operator {
  public:
   virtual ~Operator() = default;
@@ -109,13 +110,13 @@ class LoadFrame {
  public:
   virtual ~LoadFrame() = default;
   virtual const FrameCapabilities& capabilities() const = 0;
-  // A token that changes whenever the zero of force or of travel may have changed, by whatever
-  // cause. Valid after `identify` or `observe`. nullopt: this frame does not report it.
+  // A token that changes whenever the zero of force or travel may have changed, for any reason.
+  // Valid after `identify` or `observe`. nullopt: this frame does not report it.
   virtual std::optional<std::string> origin() const { return std::nullopt; }
-  // Takes command and makes the capabilities valid. A moving machine is stopped, even if it does
-  // not identify itself.
+  // Takes command and makes the capabilities valid. Stops a moving machine, even if it does not
+  // identify itself.
   virtual Task<Result<Identity>> identify() = 0;
-  // As `identify`, but only observes: samples come at this rate (0: none), nothing at the machine
+  // Like `identify`, but only observes: samples come at this rate (0: none), nothing at the machine
   // changes, and every command is refused until `identify`. Errors: as `identify`; unsupported
   // (this frame cannot be observed without taking command, so nothing was sent).
   virtual Task<Result<Identity>> observe(double rate_Hz) = 0;
@@ -133,14 +134,14 @@ class LoadFrame {
   virtual Task<Result<>> hold_travel() = 0;
   virtual Task<Result<>> hold_force(Force force) = 0;
   virtual Task<Result<>> zero(bool force, bool travel) = 0;
-  // Dead weights: asks the person and returns when the mass is on the rod. 0 kg: all weights off.
+  // Dead weights: asks the person, and returns when the mass is on the rod. 0 kg: no weights.
   virtual Task<Result<MotionOutcome>> place_mass(Mass mass) = 0;
   // Stops at once. Valid in every state, never queued behind another command, idempotent. Returns
   // when the device has confirmed standstill.
   virtual Task<Result<>> stop() = 0;
   virtual Task<Result<>> resync() = 0;
-  // One attempt to bring back a lost frame (reopening.hpp). Afterwards it stands, is not armed and
-  // sends no samples. Errors as LcrMeter::reconnect.
+  // One attempt to bring back a lost frame (reopening.hpp). Afterwards it stands still, is not
+  // armed and sends no samples. Errors as LcrMeter::reconnect.
   virtual Task<Result<Identity>> reconnect();
   virtual void close() = 0;
 

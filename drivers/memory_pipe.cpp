@@ -98,8 +98,8 @@ class MemoryPipeEnd final : public Transport {
   bool open_ = true;
   MemoryPipeEnd* peer_ = nullptr;  // nullptr: closed
   std::string inbox_;  // sent by the peer and not yet read
-  Wakeup arrived_;  // bytes arrived, or an end closed
-  Wakeup room_;  // the peer has read, or an end closed
+  Wakeup arrived_;  // notified when bytes arrived or an end closed
+  Wakeup room_;  // notified when the peer has read or an end closed
   unsigned reads_ = 0;
 };
 

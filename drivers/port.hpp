@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens a real port by its name (port_url.hpp), for the App. The kinds of ports differ only in how
-// they are opened.
+// Opens a real port by its name (port_url.hpp). Used by the App. The kinds of ports differ only in
+// how they are opened.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace lcrig {
 Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettings settings,
                                                    Clock& clock);
 
-// Without opening it: whether the node of a serial port is there. A TCP port cannot be seen so.
+// Whether the device node of a serial port exists, without opening it. A TCP port counts as there.
 bool is_port_there(const std::string& url);
 
 }  // namespace lcrig

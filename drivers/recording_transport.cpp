@@ -53,7 +53,7 @@ Task<Result<std::size_t>> RecordingTransport::read_some(std::span<char> buffer, 
   co_return r;
 }
 
-// Noted before it is sent, so that the log shows what was tried when the port hangs.
+// Logs the bytes before sending them, so that the log shows what was tried when the port hangs.
 Task<Result<>> RecordingTransport::write_all(std::string_view bytes, MonoTime deadline) {
   note(true, bytes);
   co_return co_await inner_->write_all(bytes, deadline);

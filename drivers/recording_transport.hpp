@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wraps a transport and writes a wire log (wire_log.hpp) of everything that goes through it. Used
-// by the App when the configuration asks for it; the log belongs in bug reports.
+// Wraps a transport and writes a wire log (wire_log.hpp) of all its bytes. Used by the App when the
+// configuration asks for it; people attach the log to bug reports.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace lcrig {
 
-// One log, of one transport or of several, one after the other.
+// One log, shared by one or more transports in succession.
 class WireRecord {
  public:
   static constexpr std::size_t kUnlimited = SIZE_MAX;
-  // `clock` outlives it. After `most` bytes a remark ends it.
+  // `clock` must outlive it. After `most` bytes the log ends with a remark.
   WireRecord(std::unique_ptr<WireLogWriter::File> file, Clock& clock, const WireLogHeader& header,
              std::size_t most = kUnlimited);
-  void begin();  // a transport takes it
+  void begin();  // call it when a transport starts to use the log
   void note(bool to_instrument, std::string_view bytes);
   Duration age() const { return clock_.now() - start_; }
 
@@ -48,7 +48,7 @@ class RecordingTransport final : public Transport {
   void note(bool to_instrument, std::string_view bytes);
 
   std::unique_ptr<Transport> inner_;
-  std::shared_ptr<WireRecord> log_;  // until it is closed
+  std::shared_ptr<WireRecord> log_;  // empty once it is closed
 };
 
 }  // namespace lcrig

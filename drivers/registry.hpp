@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of meter drivers; adding a driver is one line. The configuration looks drivers up here.
+// The table of meter drivers. A new driver adds one line. The configuration looks drivers up here.
 #pragma once
 
 #include <array>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wrappers that reconnect an instrument that was unplugged, used by the App. They open the port
-// again by the same name (a path, a USB identity, a host), compare the identity with the first one
-// and verify the settings. One call is one attempt; the caller decides how often and how long to
-// try.
+// Wrappers that reconnect an instrument that was unplugged. Used by the App. They open the port
+// again under the same name (a path, a USB identity, a host), compare the identity with the first
+// one and verify the settings. One call is one attempt; the caller decides how often and how long
+// to try.
 #pragma once
 
 #include <functional>
@@ -44,7 +44,7 @@ class ReopeningMeter final : public LcrMeter {
   std::unique_ptr<LcrMeter> inner_;
   OpenMeter open_;
   std::optional<Identity> identity_;
-  std::optional<LcrSettings> settings_;  // as asked for
+  std::optional<LcrSettings> settings_;  // as requested
 };
 
 class ReopeningFrame final : public LoadFrame {
@@ -86,8 +86,9 @@ class ReopeningFrame final : public LoadFrame {
   OpenFrame open_;
   Listener* listener_ = nullptr;
   std::optional<Identity> identity_;
-  std::optional<double> observed_Hz_;  // sample rate of an observed frame; absent: commanded
-  FrameCapabilities capabilities_;  // as of the first identify, with its zero of travel
+  std::optional<double> observed_Hz_;  // sample rate of an observed frame; absent: it is commanded
+  FrameCapabilities capabilities_;  // as of the first identify, with the zero of travel at that
+                                    // time
 };
 
 }  // namespace lcrig

@@ -93,8 +93,8 @@ Task<Result<>> ScpiLink::write_line(std::string_view command) {
   co_return co_await transport_->write_all(out_, clock_.now() + kWriteTime);
 }
 
-// True when only complete lines are pending that repeat what was sent, i.e. the meter's handshake
-// is on.
+// True when all pending bytes are complete lines that repeat what was sent: then the meter's
+// handshake is on.
 bool ScpiLink::only_echo() {
   std::string_view rest = in_;
   while (!rest.empty()) {
@@ -105,7 +105,7 @@ bool ScpiLink::only_echo() {
   return true;
 }
 
-// The line must be empty before a question. Bytes that are pending now cannot be its answer.
+// Empties the line before a question, because pending bytes cannot be its answer.
 Task<Result<>> ScpiLink::prepare() {
   if (!dirty_) {
     auto stray = co_await fill(clock_.now());
@@ -123,7 +123,7 @@ Task<Result<>> ScpiLink::prepare() {
 }
 
 Task<Result<Reply>> ScpiLink::exchange(std::string_view command, Duration timeout) {
-  dirty_ = true;  // until the answer is complete; stays if this is cancelled
+  dirty_ = true;  // until the answer is complete, so also after a cancellation
   const bool identity = command == kSentinel;
   if (identity) ++open_identities_;
   const MonoTime asked = clock_.now();
@@ -186,7 +186,8 @@ Task<Result<>> ScpiLink::flush() {
   co_return drained;
 }
 
-// True when all sentinels were answered, or at least one was and the others are lost.
+// True when all sentinels were answered, or when one was and the line is quiet: the others are
+// lost.
 Task<Result<bool>> ScpiLink::await_identity() {
   MonoTime deadline = clock_.now() + patience_;
   bool seen = false;
@@ -213,7 +214,7 @@ Task<Result<>> ScpiLink::resync() {
     auto drained = co_await drain(kQuiet);
     if (!drained) co_return drained;
     ++open_identities_;
-    // A command may have been cut off in the middle, so later tries end it with a LF first.
+    // The last command may have been cut off, so later attempts send a LF first to end it.
     const std::string_view sentinel = attempt == 0 ? "*IDN?" : "\n*IDN?";
     auto written = co_await write_line(sentinel);
     if (!written) co_return written;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines and questions over a transport, for instruments that answer in the order in which they are
-// asked. Used by the LCR-6000 driver.
+// Questions and answers in lines over a transport, for instruments that answer in the order in
+// which they are asked. Used by the LCR-6000 driver.
 //
 // An answer is never paired with the wrong question. An exchange that does not end cleanly
-// (time-out, cut-off, cancelled, more bytes than asked for) makes the line dirty, and the next
-// question is preceded by a resynchronisation: drain, ask the sentinel `*IDN?`, discard every line
+// (time-out, cut-off, cancelled, more bytes than asked for) makes the line dirty. Before the next
+// question the line is then resynchronised: drain, ask the sentinel `*IDN?`, discard every line
 // until the identity comes, drain. Because the instrument answers in order, all late answers come
 // before the identity.
 #pragma once
@@ -32,14 +32,14 @@ class ScpiLink {
   // reply_cut_off, garbled (a line beyond 1000 bytes), disconnected, io; `what` names the exchange.
   Task<Result<Reply>> query(std::string_view command, Duration timeout);
   Task<Result<>> send(std::string_view command);
-  // After a query: the next line of an answer of several lines.
+  // The next line of an answer with several lines, after a query.
   Task<Result<Reply>> next_line(std::string_view command, Duration timeout);
 
   // Resynchronises the line even when it seems clean. Errors: as query.
   Task<Result<>> resync();
-  // Discards pending bytes and takes the line for clean. Only before the identity is known.
+  // Discards pending bytes and counts the line as clean. Use it only before the identity is known.
   Task<Result<>> flush();
-  // Call when the last answer made no sense, so that the line is resynchronised.
+  // Call when the last answer made no sense; the line is then resynchronised.
   void mark_dirty() { dirty_ = true; }
   bool dirty() const { return dirty_; }
   // The identity line that a resynchronisation waits for. Until it is set, any line that looks like
@@ -49,7 +49,8 @@ class ScpiLink {
   void set_patience(Duration d) { patience_ = d; }
   // True on the first call after a resynchronisation.
   bool take_resynced() { return std::exchange(resynced_, false); }
-  // Since the last call the instrument repeated a command (echo) or sent a line unasked (stray).
+  // True if, since the last call, the instrument repeated a command (echo) or sent a line that
+  // nobody asked for (stray).
   bool take_echo_seen() { return std::exchange(echo_seen_, false); }
   bool take_stray_seen() { return std::exchange(stray_seen_, false); }
 

@@ -79,8 +79,7 @@ tl::unexpected<Error> open_failed(const std::string& name, int error) {
   }
 }
 
-// TIOCEXCL keeps other users out. It does not stop root, so flock keeps out a second daemon that
-// runs as root.
+// TIOCEXCL keeps other users out, but not root. flock keeps out a second daemon that runs as root.
 Result<> claim(const std::string& name, int fd) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
     return errno == EWOULDBLOCK ? open_failed(name, EBUSY) : open_failed(name, errno);
@@ -145,9 +144,9 @@ bool is_pty(const std::string& path) {
   return resolved(path).starts_with("/dev/pts/");
 }
 
-// A port that is there is closed on the thread of the instruments, although a line that takes no
-// bytes may hold the call. On another thread the port would still be busy when it is opened again,
-// and a STOP that is on its way might not be sent before the frame is made safe.
+// A port that still exists is closed on the thread of the instruments, although a line that accepts
+// no bytes may block the call. On another thread the port could still be busy when it is opened
+// again, and a STOP on its way might not be sent before the frame is made safe.
 std::unique_ptr<Transport> OpenedPort::to_transport(asio::any_io_executor executor,
                                                     Clock& clock) && {
   const int fd = std::exchange(fd_, -1);
@@ -199,7 +198,7 @@ Result<OpenedPort> open_pty(const std::string& path) {
     ::close(fd);
     return fail(ready.error());
   }
-  // A pty exists as long as its other side is open, so the exclusive mark must be removed.
+  // A pty lives as long as its other side is open, so the exclusive mark must be removed.
   return OpenedPort(fd, name, [](int open_fd) {
     ::ioctl(open_fd, TIOCNXCL);
     ::close(open_fd);

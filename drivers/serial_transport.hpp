@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opens serial ports, for port.cpp: hardware ports with libserialport, ptys directly, because
 // libserialport 0.1.1 refuses devices without an entry in sysfs. Bytes then go through FdTransport.
-// To open one may take its time (a hub that does not answer), and needs no particular thread.
+// Opening may block (a hub that does not answer) and may run on any thread.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ struct SerialSettings {
   int baud = 115200;
 };
 
-// A port that is open and belongs to nobody's loop yet. It closes unless it becomes a transport.
+// An open port that no event loop uses yet. It closes unless it becomes a transport.
 class OpenedPort {
  public:
   OpenedPort(int fd, std::string name, std::function<void(int)> closer)
@@ -53,7 +53,7 @@ class OpenedPort {
 // (another program has it open), invalid_request (not a terminal).
 Result<OpenedPort> open_serial(const PortUrl& url, const SerialSettings& settings);
 Result<OpenedPort> open_pty(const std::string& path);
-bool is_serial_there(const PortUrl& url);  // without opening it; ptys too
+bool is_serial_there(const PortUrl& url);  // without opening it; also for ptys
 // True when the path, links resolved, is the slave side of a pty.
 bool is_pty(const std::string& path);
 

@@ -23,7 +23,7 @@ tl::unexpected<Error> silent(const std::string& name) {
               name);
 }
 
-// In the shipped service no name server can be reached, and its drop-in allows addresses only.
+// The shipped service cannot reach a name server, and its drop-in allows addresses only.
 Error lookup_error(const std::string& name, const boost::system::error_code& error) {
   return Error(Errc::disconnected,
                fmt::format("{}: no address was found for this host name ({}). Is the name right? "
@@ -56,8 +56,8 @@ Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::u
 
 }  // namespace
 
-// A service without network: no socket can be made (which Asio calls an aborted operation), or
-// there is no way to any host.
+// In a service without network Asio reports that no socket can be made (as an aborted operation),
+// or that no host can be reached.
 Error connect_error(const std::string& name, const boost::system::error_code& error) {
   using asio::error::basic_errors;
   const bool shut_in =

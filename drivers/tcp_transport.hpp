@@ -17,7 +17,7 @@ namespace lcrig {
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
                                                   Clock& clock, MonoTime deadline);
 
-// Why a connection could not be made, with what to do about it.
+// Why a connection failed, and what to do about it.
 Error connect_error(const std::string& name, const boost::system::error_code& error);
 
 }  // namespace lcrig

@@ -24,8 +24,8 @@ class Transport {
 
   // Reads at least one byte. Errors: no_reply (deadline), disconnected (end of file, unplug), io.
   virtual Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) = 0;
-  // Writes everything. Errors: io (deadline: the other side does not drain), disconnected.
-  // `bytes` must stay alive until the task ends.
+  // Writes everything. Errors: io (deadline: the other side does not read), disconnected. `bytes`
+  // must stay alive until the task ends.
   virtual Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) = 0;
   // Ends all current and future waits with `disconnected`. Idempotent.
   virtual void close() = 0;

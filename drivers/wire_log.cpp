@@ -30,7 +30,7 @@ std::string quote_bytes(std::string_view bytes) {
 std::string format_wire_header(const WireLogHeader& header) {
   std::string out(kWireLogFormat);
   out += '\n';
-  // Header values must be one line.
+  // Header values must be one line, so they are escaped.
   for (const auto& [key, member] : kWireLogFields) {
     out += fmt::format("{}: {}\n", key, printable(header.*member));
   }

@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kPatienceAtTheEnd = 2s;
 
-// 0, or the errno that ended it.
+// 0, or the errno of the failed write.
 int write_all(int fd, std::string_view text) {
   while (!text.empty()) {
     const ssize_t n = ::write(fd, text.data(), text.size());
@@ -52,12 +52,13 @@ std::string_view what_to_do(int error) {
 
 }  // namespace
 
-// The troubles with logs that were told, so that the same is not told again with every port that is
-// opened. Used by the writer's thread only, but for the flags.
+// Remembers which troubles were reported, so that the next opened port does not report them again.
+// Used by the writer's thread only, except for the flags.
 class WireLogWriter::Told {
  public:
   std::atomic<bool> forget = false;
-  // The thread is not waited for any more: the process may be at its end, and its journal gone.
+  // Nobody waits for the thread any more. The process may be ending and its journal gone, so
+  // nothing is reported.
   std::atomic<bool> left_alone = false;
   void warn(const std::string& path, const std::string& whose, std::string_view what, int error) {
     if (left_alone) return;
@@ -70,7 +71,7 @@ class WireLogWriter::Told {
   void works(const std::string& whose) { errors_.erase(whose); }
 
  private:
-  std::map<std::string, int> errors_;  // of each instrument
+  std::map<std::string, int> errors_;  // last reported errno of each instrument
 };
 
 // Used by the writer's thread only. `path` and `whose` never change.
@@ -105,14 +106,14 @@ struct WireLogWriter::Log {
 struct WireLogWriter::Job {
   enum class Kind { open, text, close, sync };
   Kind kind = Kind::text;
-  std::shared_ptr<Log> log;  // sync: of all
+  std::shared_ptr<Log> log;  // none for `sync`, which concerns all logs
   std::string text;
 };
 
 struct WireLogWriter::Queue {
   explicit Queue(Options o) : options(o) {}
 
-  // False: too much waits already. Only text is ever refused.
+  // False: the queue is full. Only text is ever refused.
   bool push(Job job) {
     {
       const std::lock_guard lock(mutex);
@@ -126,7 +127,7 @@ struct WireLogWriter::Queue {
     wake.notify_one();
     return true;
   }
-  // Texts that wait for the same log become one: a slow disk gets few large writes.
+  // Joins texts for the same log, so that a slow disk gets few large writes.
   void add(Job job) {
     const auto same = [&job](const Job& other) {
       return other.kind == Job::Kind::text && other.log == job.log;
@@ -138,7 +139,7 @@ struct WireLogWriter::Queue {
       jobs.push_back(std::move(job));
     }
   }
-  // Waits for jobs. False: there are none and will be none.
+  // Waits for jobs. False: the queue is empty and has been stopped.
   bool take(std::vector<Job>& out) {
     std::unique_lock lock(mutex);
     wake.wait(lock, [this] { return stop || !jobs.empty(); });
@@ -157,10 +158,10 @@ struct WireLogWriter::Queue {
 
   const Options options;
   Told told;
-  std::mutex mutex;  // for all that follows; never held while the disk works
+  std::mutex mutex;  // guards all members below; never held while the disk works
   std::condition_variable wake, idle;
   std::vector<Job> jobs;
-  std::size_t waiting_bytes = 0;  // in `jobs`, and in what the thread writes now
+  std::size_t waiting_bytes = 0;  // in `jobs`, and in the batch being written
   bool working = false, stop = false;
 };
 
@@ -203,7 +204,7 @@ bool WireLogWriter::finish(Duration patience) {
                                [this] { return queue_->jobs.empty() && !queue_->working; });
 }
 
-// One job after the other; `open` are the logs that are.
+// Performs one job. `open` are the logs that are open.
 void WireLogWriter::perform(const Job& job, Queue& queue, std::vector<std::shared_ptr<Log>>& open) {
   if (job.kind == Job::Kind::open) {
     job.log->open(queue.options.create, queue.told);
@@ -219,8 +220,8 @@ void WireLogWriter::perform(const Job& job, Queue& queue, std::vector<std::share
   }
 }
 
-// The signals of the process are for its other threads; a log on a pipe that nobody reads any more
-// is an error like others.
+// Blocks all signals, which the other threads handle. SIGPIPE is among them, so a log on a pipe
+// without a reader gives an ordinary error.
 void WireLogWriter::work(const std::shared_ptr<Queue>& queue) {
   sigset_t all;
   sigfillset(&all);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes wire logs (wire_log.hpp) on a thread of its own: a disk that is slow, full or gone keeps
-// no byte from the wire. The queue is bounded; what it cannot take is left out, counted, and told
-// in the log and in the journal.
+// Writes wire logs (wire_log.hpp) on a thread of its own, so that a slow, full or missing disk does
+// not delay any byte on the wire. The queue is bounded. Entries that do not fit are dropped and
+// counted, and both the log and the journal say so. Used by the real rig and by RecordingTransport.
 #pragma once
 
 #include <cstddef>
@@ -19,30 +19,31 @@ class WireLogWriter {
  public:
   // Returns a descriptor for writing, or -1 with errno.
   using Create = int (*)(const std::string& path);
-  // Refuses a path that exists, and a link: the folder may be one that everybody can write to.
+  // Refuses an existing path and a link, because the folder may be writable by everybody.
   static int create_exclusively(const std::string& path);
 
   struct Options {
-    std::size_t max_waiting_bytes = std::size_t{8} << 20U;  // an hour of a quiet rig
+    std::size_t max_waiting_bytes = std::size_t{8} << 20U;  // bytes; an hour of a quiet rig
     Create create = create_exclusively;
   };
   WireLogWriter() : WireLogWriter(Options()) {}
   explicit WireLogWriter(Options options);
-  // Waits for the disk as `finish` does, at most 2 s. A thread that hangs in it stays behind.
+  // Waits for the disk as `finish` does, at most 2 s. Then it abandons a thread that hangs in the
+  // disk.
   ~WireLogWriter();
   WireLogWriter(const WireLogWriter&) = delete;
   WireLogWriter& operator=(const WireLogWriter&) = delete;
 
-  // One log, used from one thread, never waiting. It ends with its last word on the disk (fsync).
+  // One log, used from one thread; it never waits. When it is destroyed, the rest is written and
+  // synced (fsync).
   class File;
   // `whose` names the instrument in the warning when there will be no log.
   std::unique_ptr<File> create(std::string path, std::string whose);
 
-  // A run begins: what keeps a log from being written is told once more, even if it was told
-  // before.
+  // Call when a run begins: whatever prevents a log is then reported again, even if it was before.
   void remind();
 
-  // True: what was added until now is on the disk. False: it is not after this time.
+  // True: everything added so far is on the disk. False: it is not, after this time.
   bool finish(Duration patience);
 
  private:
@@ -53,7 +54,7 @@ class WireLogWriter {
   static void perform(const Job& job, Queue& queue, std::vector<std::shared_ptr<Log>>& open);
   static void work(const std::shared_ptr<Queue>& queue);
 
-  std::shared_ptr<Queue> queue_;  // shared with the files and with a thread that hangs
+  std::shared_ptr<Queue> queue_;  // shared with the files, and with a thread that hangs
   std::thread thread_;
 };
 
@@ -70,7 +71,7 @@ class WireLogWriter::File {
 
   std::shared_ptr<Queue> queue_;
   std::shared_ptr<Log> log_;
-  std::size_t left_out_ = 0;  // entries since the last one that the queue took
+  std::size_t left_out_ = 0;  // entries dropped since the last one that was queued
   std::size_t all_left_out_ = 0;
 };
 

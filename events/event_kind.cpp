@@ -12,13 +12,13 @@ namespace {
 #define LCRIG_TEXT_OF(...) #__VA_ARGS__
 #define LCRIG_TEXT(...) LCRIG_TEXT_OF(__VA_ARGS__)
 
-// In the order of the enumerators.
+// The words, in the order of the enumerators.
 constexpr auto kWords = [] {
   std::array<std::string_view, static_cast<std::size_t>(EventKind::other)> words;
   std::string_view rest = LCRIG_TEXT(LCRIG_EVENT_KINDS);
   for (std::string_view& word : words) {
     word = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(word.size() + 2, rest.size()));  // ", " behind it
+    rest.remove_prefix(std::min(word.size() + 2, rest.size()));  // with the ", " behind the word
   }
   return words;
 }();

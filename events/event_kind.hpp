@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kinds of event rows that a run writes. The run, the drivers and the daemon write them; the
+// The kinds of event rows that a run writes. The run, the drivers and the daemon write them. The
 // analysis, the command line and a continued run read them. docs/events.md lists each kind with its
 // payload.
 #pragma once
@@ -10,7 +10,7 @@
 
 namespace lcrig {
 
-// All kinds. Their names are stored as words, which are a format: never rename one.
+// All kinds. Their names are the stored words, which are a format: never rename one.
 #define LCRIG_EVENT_KINDS                                                                         \
   step_begin, step_end, state, continues, mark, plan, watch, rest, drift, zero, contact,          \
       no_contact, stiffness, gap_stated, motion, overshoot, overshoot_exceeded, settings,         \
@@ -23,13 +23,13 @@ namespace lcrig {
       database_moved, extrapolated, injected
 enum class EventKind {
   LCRIG_EVENT_KINDS,
-  other  // a word of the frame's own, or one that this version does not know
+  other  // a word that the frame chose, or one that this version does not know
 };
 
 std::string_view to_string(EventKind kind);
 std::vector<EventKind> all_event_kinds();  // without `other`
 
-// A kind with its stored word, which for `other` only the word tells.
+// A kind with its stored word. Only the word distinguishes the events of kind `other`.
 class EventName {
  public:
   EventName(EventKind kind) : kind_(kind), word_(to_string(kind)) {}

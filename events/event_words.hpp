@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The detail of an event row in words. The command line and the daemon's journal show events so.
+// Puts the detail of an event row into words, for the command line and the daemon's journal.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace lcrig {
 
-// A payload of fields becomes "travel 3.2005 mm, force 0.0234 N": each key with the unit that it
-// ends in, lengths in mm, no field that is null. Words stay as they are.
+// A payload of fields becomes "travel 3.2005 mm, force 0.0234 N": each key with its unit, lengths
+// in mm, without fields that are null. A detail that is already words stays as it is.
 std::string event_words(std::string_view detail);
 
 }  // namespace lcrig

@@ -14,7 +14,7 @@ std::string quoted(const std::string& text) {
   return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-// Fields in the order in which they are named; an absent one is left out.
+// Writes fields in the order of the calls, and leaves out absent ones.
 class FieldWriter {
  public:
   void field(const char* key, double v) { put(key, fmt::format("{}", v)); }
@@ -29,7 +29,7 @@ class FieldWriter {
     put(key, v ? fmt::format("{}", *v) : "null");
   }
   void milli(const char* key, double v) { put(key, fmt::format("{:.3f}", v)); }
-  // As the JSON library writes it: 1.0, not 1.
+  // Writes numbers as the JSON library does: 1.0, not 1.
   void decimal(const char* key, const std::optional<double>& v) {
     if (v) put(key, json(*v).dump());
   }

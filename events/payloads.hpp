@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The data of an event beside its kind, for kinds that programs read. The detail of every other
-// kind is words for people. A writer of such an event fills the struct; a reader gets it back.
+// The payloads of the kinds of events that programs read. The detail of every other kind is words
+// for people. The writer of an event fills a struct; a reader gets the struct back.
 #pragma once
 
 #include <concepts>
@@ -14,7 +14,7 @@
 
 namespace lcrig {
 
-// `confirm` of a placed weight, too; the other confirmations are words.
+// Also the `confirm` of a placed weight; the other confirmations are words.
 template <EventKind kind>
 struct MotionEnded {
   static constexpr EventKind kKind = kind;
@@ -31,7 +31,7 @@ struct Touch {
   std::optional<double> force_N, rest_force_N;
 };
 using ContactEvent = Touch<EventKind::contact>;
-using NoContactEvent = Touch<EventKind::no_contact>;  // what was felt there did not stay
+using NoContactEvent = Touch<EventKind::no_contact>;  // the force that was felt there did not last
 
 template <EventKind kind>
 struct LookAtRest {
@@ -43,7 +43,7 @@ struct LookAtRest {
 using RestEvent = LookAtRest<EventKind::rest>;
 using DriftEvent = LookAtRest<EventKind::drift>;
 
-// A motion that stopped at a force.
+// A motion that was to stop at a force: the force wanted, predicted and reached.
 template <EventKind kind>
 struct OvershootOf {
   static constexpr EventKind kKind = kind;
@@ -54,12 +54,12 @@ struct OvershootOf {
 using OvershootEvent = OvershootOf<EventKind::overshoot>;
 using OvershootExceededEvent = OvershootOf<EventKind::overshoot_exceeded>;
 
-// An instrument that was lost.
+// A time without an instrument.
 template <EventKind kind>
 struct Absence {
   static constexpr EventKind kKind = kind;
   std::string instrument;
-  double seconds = 0, away_s = 0;  // without data; since the loss was seen
+  double seconds = 0, away_s = 0;  // seconds: without data; away_s: since the loss was noticed
   std::int64_t attempts = 0;
 };
 using GapEvent = Absence<EventKind::gap>;
@@ -104,11 +104,12 @@ struct ContinuesEvent {
   std::int64_t steps_done = 0;
 };
 
-// Meter settings as read back; the run row has them in the same form. A reader takes what is there.
+// Meter settings as read back; the run row has them in the same form. Readers accept missing
+// fields.
 struct SettingsEvent {
   static constexpr EventKind kKind = EventKind::settings;
   std::optional<std::string> function;
-  std::optional<double> frequency_Hz, level_V, bias_V;  // bias: none when off
+  std::optional<double> frequency_Hz, level_V, bias_V;  // bias_V: none when the bias is off
   std::optional<std::string> aperture;
   std::optional<double> average;
   std::optional<std::string> trigger;
@@ -117,21 +118,21 @@ struct SettingsEvent {
   bool internal_trigger() const { return trigger == "internal"; }
 };
 
-// Where a run stands: enough to begin again, in a new run, at the step that was interrupted.
-// Written when a step begins, so it is in the same transaction as the samples.
+// The state that a new run needs to continue at the step that was interrupted. Written when a step
+// begins, in the same transaction as the samples.
 struct RunPoint {
   static constexpr EventKind kKind = EventKind::state;
-  std::int64_t steps_done = 0;  // leaf steps before this one, in the order of execution
+  std::int64_t steps_done = 0;  // leaf steps completed, in the order of execution
   std::int64_t levels = 0;  // `measure` levels begun before it
   std::int64_t level_in_repeat = 0, level_repeat = -1;
-  std::optional<double> contact_travel_m;  // gap zero
-  std::optional<double> travel_m;  // of the frame when the step began
+  std::optional<double> contact_travel_m;  // the travel at gap zero
+  std::optional<double> travel_m;  // of the frame, when the step began
   bool zeroed = false;
   std::optional<double> zeros_N;  // sum of the forces that were zeroed
   std::optional<std::string> origin;  // LoadFrame::origin
 };
 
-// The user who asked something of the run, by the kernel's word (docs/control.md).
+// The user who asked something of the run, as the kernel reports him (docs/control.md).
 struct RequestEvent {
   static constexpr EventKind kKind = EventKind::request;
   std::string request, user;
@@ -139,12 +140,12 @@ struct RequestEvent {
   std::optional<std::string> why;
 };
 
-// A stop or a pause is to come by itself, at the end of what is under way.
+// A stop or a pause that will happen at the end of the current step, level or cycle.
 template <EventKind kind>
 struct AtAPlace {
   static constexpr EventKind kKind = kind;
-  std::string place, step;  // step: the last one
-  std::int64_t steps_done = 0;  // leaf steps that are done then
+  std::string place, step;  // step: the last one before it
+  std::int64_t steps_done = 0;  // leaf steps that will be done then
   std::string why;
 };
 using StopAfterEvent = AtAPlace<EventKind::stop_after>;
@@ -154,12 +155,13 @@ using PauseAtEvent = AtAPlace<EventKind::pause_at>;
 struct AnswerEvent {
   static constexpr EventKind kKind = EventKind::answer;
   std::string question, type;  // type: confirmation, choice, number, line
-  std::optional<double> number;  // in `unit`, the suffix of a key; empty: a pure number
-  std::optional<std::string> unit, text;  // text: of a choice or a line
+  std::optional<double> number;  // in `unit`, the suffix of a key; without a unit: a pure number
+  std::optional<std::string> unit, text;  // text: the answer to a choice or a line
   std::string source;  // person, default, file, made_up
   std::optional<std::string> by;  // the person
-  std::int64_t repeat = 0;  // of the outermost loop around the step, from 1; 0: none
-  std::optional<std::int64_t> from_run;  // it was answered in that run, which this one continues
+  std::int64_t repeat = 0;  // count of the outermost loop around the step, from 1; 0: no loop
+  std::optional<std::int64_t> from_run;  // the run in which it was answered, which this one
+                                         // continues
 };
 
 // How a step ended: stored as `done`, or as the word of what stopped it.
@@ -176,7 +178,7 @@ concept EventPayload = requires {
 // Defined for the structs above.
 template <EventPayload P>
 std::string to_json(const P& payload);
-// Errors: garbled, no JSON object, or one without what this payload must have.
+// Errors: garbled, when `detail` is not a JSON object or lacks a field that the payload requires.
 template <EventPayload P>
 Result<P> from_json(std::string_view detail);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An event of a run on its way to the database and to the clients that watch. Every part of a run
-// makes them, the recorder stores them.
+// makes events; the recorder stores them.
 #pragma once
 
 #include <any>
@@ -20,7 +20,7 @@ struct RunEvent {
   template <EventPayload P>
   RunEvent(MonoTime at, std::string step, const P& what)
       : t(at), kind(P::kKind), step_id(std::move(step)), detail(to_json(what)), payload_(what) {}
-  // The payload that it was made of; nullptr: another one, or words.
+  // The payload that it was made from; nullptr: it has another payload, or words only.
   template <EventPayload P>
   const P* as() const {
     return std::any_cast<P>(&payload_);

@@ -21,7 +21,7 @@ void StepCursor::enter(const Step& step, const Loop& loop) {
   set_variable(loops_.back());
 }
 
-// The end of a pass: starts the next one, or leaves the loop (false).
+// At the end of a pass: starts the next one, or leaves the loop and returns false.
 bool StepCursor::again() {
   Pass& pass = loops_.back();
   if (pass.index < pass.count) {

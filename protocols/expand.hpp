@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one interpreter of loops: yields the leaf steps of a protocol one at a time, in the order of
-// execution. Plan and run use it alike, so what is planned is what runs.
+// execution. Plan and run both use it, so the run executes what was planned.
 #pragma once
 
 #include <cstdint>
@@ -10,33 +10,34 @@
 
 namespace lcrig {
 
-// More leaf steps than anybody waits for; a plan refuses them.
+// More leaf steps than anybody would wait for. A plan refuses more.
 inline constexpr std::int64_t kStepsMax = 2'000'000;
 
-// Both references must outlive the cursor. Sweep variables are set in the environment while their
-// loop runs and removed behind it.
+// Both references must outlive the cursor. While a sweep runs, its variable is set in the
+// environment; afterwards it is removed.
 class StepCursor {
  public:
   struct Pass {
     Pass(const Step& s, const Loop& l, std::int64_t n) : step(&s), loop(l), count(n) {}
     const Step* step;  // a repeat or a sweep
     Loop loop;
-    std::int64_t index = 1;  // from 1
+    std::int64_t index = 1;  // counts from 1
     std::int64_t count;
     std::size_t at = 0;  // next step inside
   };
 
   StepCursor(const Steps& steps, Environment& environment);
-  // Goes on from where `at` is, with the values of another environment.
+  // Continues from the position of `at`, with the values of another environment.
   StepCursor(const StepCursor& at, Environment& environment);
 
-  // The next leaf step (never a repeat or sweep); nullptr at the end, and from then on.
+  // The next leaf step (never a repeat or sweep); nullptr at the end, also when called again.
   const Step* next();
-  // The outermost `repeat` around the step last returned; 0 when there is none.
+  // The pass and the count of the outermost `repeat` around the step last returned; 0 when there is
+  // none.
   std::int64_t repeat() const;
   std::int64_t repeats() const;
   const Environment& environment() const { return environment_; }
-  // Outermost first.
+  // The loops around the step last returned, outermost first.
   const std::vector<Pass>& loops() const { return loops_; }
 
  private:
@@ -51,18 +52,18 @@ class StepCursor {
   std::vector<Pass> loops_;
 };
 
-// Whether any of them is a place_weight: the rig must be a rod with dead weights.
+// Whether any step is a place_weight. Then the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
-// Whether any of them is marked as a safe point.
+// Whether any step is marked as a safe point.
 bool has_safe_point(const Steps& steps);
-// Whether any of them asks a person.
+// Whether any step asks a person.
 bool asks_person(const Steps& steps);
 // Whether any step of the protocol is a motion.
 bool moves_frame(const Protocol& protocol);
 // Whether the protocol asks the frame for anything: a motion, a held force, a zero. A protocol that
 // does not only records, and leaves the frame to its users.
 bool commands_frame(const Protocol& protocol);
-// Whether any of them aims at a pressure, which needs the area of the probe tip.
+// Whether any step aims at a pressure, which needs the area of the probe tip.
 bool aims_at_pressure(const Steps& steps);
 
 }  // namespace lcrig

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of a protocol file: literals, and references to parameters and sweep variables.
-// Every step has them; plan and run look their values up in an Environment.
+// The numbers of a protocol file: literals, and references to parameters and sweep variables. Every
+// step contains some; plan and run look up their values in an Environment.
 #pragma once
 
 #include <map>
@@ -12,9 +12,9 @@ namespace lcrig {
 struct Number {
   Number() = default;
   explicit Number(double v) : value(v) {}
-  double value = 0;  // SI, when `name` is empty
+  double value = 0;  // SI, if `name` is empty
   std::string name;  // parameter or variable, without '$'
-  // Where a literal stands, for advice on what to change, and SI per unit there.
+  // Where a literal stands in the file and its SI factor there, for advice on what to change.
   std::string pointer;
   double to_si = 1;
 };

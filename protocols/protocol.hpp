@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A load protocol as plain data, SI inside. docs/protocol-file.md describes the file.
+// A load protocol as plain data, SI inside. docs/protocol-file.md describes the file. Parser, plan
+// and run use it.
 #pragma once
 
 #include <map>
@@ -19,21 +20,21 @@ struct Parameter {
   std::string description;
 };
 
-// A window that no sample may leave while the run lives.
+// The window that no sample may leave during the run.
 struct Limits {
   // N; absent (only where nothing is commanded): the range of the load cell
   std::optional<Number> force_min, force_max;
   std::optional<Number> travel_min, travel_max;  // m, of the machine
-  std::optional<Number> gap_min, gap_max;  // m, from contact on; both windows hold
+  std::optional<Number> gap_min, gap_max;  // m, from contact; both windows apply
   std::optional<Number> speed_max;  // m/s
 };
 
-inline constexpr double kFrameRate_Hz = 50;  // when a protocol does not say
+inline constexpr double kFrameRate_Hz = 50;  // when the protocol states none
 
 struct Sampling {
   LcrSettings lcr;
-  bool aperture_auto = false;  // "auto": the plan chooses and says why; lcr.aperture is not meant
-  bool lcr_continuous = true;  // record between `measure` steps too
+  bool aperture_auto = false;  // "auto": the plan chooses and says why; lcr.aperture is ignored
+  bool lcr_continuous = true;  // also record between `measure` steps
   double frame_rate_Hz = kFrameRate_Hz;
 };
 
@@ -43,13 +44,13 @@ inline constexpr EnumWords<3> kWordsOf<OnLoss>{"abort", "wait", "repeat_step"};
 
 struct Protocol {
   std::string name, title, description;
-  std::string file;  // its name, for messages
-  std::string text;  // the file as it was
+  std::string file;  // file name, for messages
+  std::string text;  // the file unchanged
   std::map<std::string, Parameter> parameters;
   Limits limits;
   Sampling sample;
   OnLoss on_loss = OnLoss::abort;
-  Duration on_loss_timeout = std::chrono::minutes(10);  // longest absence of an instrument
+  Duration on_loss_timeout = std::chrono::minutes(10);  // longest allowed absence of an instrument
   Duration finally_timeout = std::chrono::minutes(5);
   Steps steps, finally_steps;
 };

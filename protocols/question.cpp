@@ -15,7 +15,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kShown = 60;  // characters of a wrong answer
+constexpr std::size_t kShown = 60;  // characters of a wrong answer in a message
 
 std::string with_unit(std::string number, const std::string& unit) {
   return unit.empty() ? number : std::move(number) + " " + unit;

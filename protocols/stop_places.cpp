@@ -14,11 +14,11 @@ namespace lcrig {
 
 namespace {
 
-// The loads that one pass of a loop goes to. Two different ones: it loads and unloads, if only by
-// beginning again.
+// Collects the loads that one pass of a loop goes to. With two different loads the loop loads and
+// unloads, even if only by starting over.
 class Loads {
  public:
-  // `fixed`: variables of sweeps around that have not begun; each has one value, whichever.
+  // `fixed`: variables of outer sweeps that have not begun. Each has one unknown value.
   explicit Loads(const Environment& environment, std::vector<std::string> fixed = {})
       : environment_(environment), fixed_(std::move(fixed)) {}
 
@@ -37,7 +37,7 @@ class Loads {
  private:
   void add(const Target& aim) {
     const Number& n = aim.value;
-    if (std::ranges::find(swept_, n.name) != swept_.end()) {  // each of its values
+    if (std::ranges::find(swept_, n.name) != swept_.end()) {  // takes several values
       seen_.insert(fmt::format("{} {} first", static_cast<int>(aim.kind), n.name));
       seen_.insert(fmt::format("{} {} last", static_cast<int>(aim.kind), n.name));
       return;
@@ -53,11 +53,12 @@ class Loads {
   }
 
   const Environment& environment_;
-  std::vector<std::string> fixed_, swept_;  // `swept_`: variables of the sweeps inside
+  std::vector<std::string> fixed_, swept_;  // `swept_`: variables of inner sweeps
   std::set<std::string> seen_;
 };
 
-// A loop in which such a loop is: its pass is more than a cycle.
+// Whether the loop contains another one that loads and unloads. Then its pass is more than one
+// cycle.
 bool loads_inside(const Steps& steps, const Environment& environment,
                   const std::vector<std::string>& fixed) {
   for (const Step& step : steps) {
@@ -72,7 +73,7 @@ bool loads_inside(const Steps& steps, const Environment& environment,
   return false;
 }
 
-// The step that the cursor returned last is the last one of a pass of `loop`.
+// Whether the last step that the cursor returned ends a pass of `loop`.
 bool ends_pass(const StepCursor& cursor, const Step* loop) {
   for (const StepCursor::Pass& around : cursor.loops() | std::views::reverse) {
     if (around.at != around.loop.steps().size()) return false;
@@ -86,7 +87,7 @@ bool is_measure(const Step& step) {
   return facts_of(step).measures != nullptr;
 }
 
-// From this step on a `measure` comes before another motion.
+// Whether, from this step on, a `measure` comes before the next motion.
 bool measures_next(StepCursor& cursor, const Step* step) {
   for (bool first = true; step != nullptr; step = cursor.next(), first = false) {
     if (is_measure(*step)) return true;
@@ -120,7 +121,7 @@ bool StopPlaces::loads_and_unloads(const StepCursor::Pass& pass) {
   return it->second;
 }
 
-// The loop of whose pass the place is the end; nullptr: the step is in none.
+// The loop whose pass ends at the place; nullptr: the step is in no such loop.
 const Step* StopPlaces::loop_of(StopPlace place, const StepCursor& cursor) {
   const auto& loops = cursor.loops();
   if (place == StopPlace::repeat) return loops.empty() ? nullptr : loops.front().step;

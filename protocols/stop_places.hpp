@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The places where a run may be asked to stop or to pause by itself: after a step, a level, a
-// cycle, a repeat, or a step that the file marks as a safe point. The plan counts these places, the
-// run finds the next one.
+// The places where a run may stop or pause by itself on request: after a step, a level, a cycle, a
+// repeat, or a step that the file marks as a safe point. The plan counts these places; the run
+// finds the next one.
 #pragma once
 
 #include <functional>
@@ -26,21 +26,21 @@ std::string place_words(StopPlace place);  // "safe point"
 std::string stop_place_words();  // "step, level, cycle, repeat, safe_point"
 
 struct PlaceAhead {
-  std::int64_t steps = 1;  // leaf steps until there, the present one included
-  std::string step_id;  // of the last of them
-  double seconds = 0;  // planned, of those behind the present one
+  std::int64_t steps = 1;  // leaf steps to that place, including the current one
+  std::string step_id;  // the last of these steps
+  double seconds = 0;  // planned time of these steps, without the current one
 };
 
 class StopPlaces {
  public:
-  // `environment`: that of the cursors; it outlives this.
+  // `environment` belongs to the cursors and must outlive this object.
   explicit StopPlaces(const Environment& environment) : environment_(environment) {}
 
   // Whether the step that `cursor` returned last ends such a place.
   bool ends(StopPlace place, const StepCursor& cursor, const Step& step);
-  // The end of what is under way at the step that `cursor` returned last; of a place of which
-  // nothing is under way, the end of that step. A safe point is the next one. `level_begun`: a
-  // motion was made since the last `measure`. nullopt: no safe point follows.
+  // The end of the level, cycle or repeat that contains the step that `cursor` returned last; if
+  // none does, the end of that step. For a safe point, the next one. `level_begun`: a motion has
+  // been made since the last `measure`. nullopt: no safe point follows.
   std::optional<PlaceAhead> ahead(StopPlace place, const StepCursor& cursor, const Step& step,
                                   bool level_begun,
                                   const std::function<double(const std::string&)>& planned_s);
@@ -50,10 +50,9 @@ class StopPlaces {
   bool loads_and_unloads(const StepCursor::Pass& pass);
 
   const Environment& environment_;
-  std::map<const Step*, bool> known_;  // loops that load and unload, and those that do not
+  std::map<const Step*, bool> known_;  // whether each visited loop loads and unloads
 };
 
-// Whether a level begins with this step.
 bool begins_level(const Step& step);
 
 }  // namespace lcrig

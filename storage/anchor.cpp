@@ -16,7 +16,7 @@ constexpr std::string_view kAnchorForm =
     "an anchor is the number of links, a colon and 64 hex digits, as the journal, `lcrig run` and "
     "the report show it";
 
-constexpr std::size_t kAnchorShown = 100;  // of what somebody typed
+constexpr std::size_t kAnchorShown = 100;  // characters of the user's text in a message
 
 Anchor read_anchor(const Statement& s) {
   Anchor anchor;

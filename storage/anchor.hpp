@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The anchor of a run's hash chain (storage/chain.hpp): how many links it has, and the hash of the
-// last one. People keep it outside of the database, so that `lcrig verify` finds a chain that was
-// made anew. Short enough for a journal line and a lab book.
+// The anchor of a run's hash chain (storage/chain.hpp): the number of its links and the hash of the
+// last one. People keep it outside of the database, so that `lcrig verify` detects a chain that was
+// rebuilt. It is short enough for a journal line and a lab book.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,11 @@ struct Anchor {
 std::string to_string(const Anchor& anchor);  // "57:" and 64 hex digits
 Result<Anchor> parse_anchor(std::string_view text);
 
-// As stored when the run ended. nullopt: it has not ended, or ended under a schema without anchors.
+// The anchor stored when the run ended. nullopt: the run has not ended, or it ended under a schema
+// without anchors.
 Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run);
-// For a run that was closed just now: the stored anchor, if it is not that of this closing. The run
-// had ended before, and somebody deleted its end. nullopt: it had not.
+// For a run that was closed just now: the stored anchor, if it differs from that of this closing.
+// Then the run had ended before, and somebody deleted its end. nullopt: it had not.
 Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_t run);
 // The run that ended with this anchor.
 Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor);

@@ -28,15 +28,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 1 MB, at 4 kB a page. After some of them the disk has to have all: what it would have to write at
-// once would hold up a commit of the recorder.
+// 256 pages of 4 kB are 1 MB. Syncing after every few steps keeps each sync short; one long sync
+// would hold up a commit of the recorder.
 constexpr int kPagesOfStep = 256, kStepsOfSync = 4;
 
 sqlite3* handle_of(const Statement& statement) {
   return sqlite3_db_handle(statement.handle());
 }
 
-// "folder/name", with all links on the way resolved; the file itself need not be there.
+// "folder/name", with all links on the way resolved; the file itself need not exist.
 fs::path place_of(const std::string& path) {
   std::error_code unknown;
   const auto absolute = fs::absolute(path, unknown);
@@ -69,7 +69,8 @@ Result<> require_free_name(const std::string& from, const std::string& to) {
   return fail(Errc::invalid_request, "{}: is there already, and no copy overwrites anything", to);
 }
 
-// SQLite would take a log that lies there for one of the copy, and write those of the database.
+// SQLite would take a log or journal beside the new file for that of the copy, and write its pages
+// into the copy.
 Result<> require_free_companions(const std::string& from, const std::string& to) {
   if (auto other = require_no_companion(from, to); !other) return other;
   for (const char* suffix : {"-wal", "-shm", "-journal"}) {
@@ -126,8 +127,8 @@ class Copy {
   }
 
  private:
-  // Written, synced, not checked. One read transaction for all steps: otherwise each commit of the
-  // recorder would begin the copy anew.
+  // Writes and syncs the copy, but does not check it. One read transaction spans all steps;
+  // otherwise each commit of the recorder would restart the copy.
   Result<PartFile> copied() {
     auto snapshot = Transaction::begin_read(original_);
     if (!snapshot) return fail(snapshot.error());
@@ -135,7 +136,9 @@ class Copy {
     if (!pages) return fail(pages.error());
     auto page_bytes = original_.integer("PRAGMA page_size");
     if (!page_bytes) return fail(page_bytes.error());
-    auto tables = original_.integer("SELECT count(*) FROM sqlite_schema");  // holds the state
+    auto tables = original_.integer("SELECT count(*) FROM sqlite_schema");  // a first read, which
+                                                                            // fixes the state that
+                                                                            // is copied
     if (!tables) return fail(tables.error());
     report_.bytes = *pages * *page_bytes;
     if (auto room = require_room(from_, to_, report_.bytes); !room) return fail(room.error());
@@ -148,7 +151,7 @@ class Copy {
   Result<> copy_pages(const PartFile& part) {
     auto copy = Database::open(part.name(), Database::Mode::read_write_create, options_.vfs);
     if (!copy) return fail(copy.error());
-    // The copy is not read before all of it is synced and checked.
+    // No journal or sync is needed: nobody reads the copy before all of it is synced and checked.
     if (auto r = copy->execute("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF"); !r) return r;
     const auto to = copy->prepare("SELECT 1");
     const auto from = original_.prepare("SELECT 1");
@@ -207,7 +210,7 @@ class Copy {
     return {};
   }
 
-  // A stop is heard in the middle of it, too.
+  // The progress handler lets a stop interrupt the check.
   Result<> check_pages(const Database& db) {
     auto statement = db.prepare("PRAGMA integrity_check(1)");
     if (!statement) return fail(statement.error());
@@ -225,7 +228,7 @@ class Copy {
     return fail(Errc::io, "{}: is damaged ({}); {}", is_original ? from_ : to_, words,
                 is_original ? "use an older copy of it" : "it was removed: check the disk");
   }
-  // A copy of what is damaged is no worse than that.
+  // Blames the original when it is damaged, too: the copy is then as good as it can be.
   Result<> why_damaged(const Result<>& of_copy) {
     if (stopped_) return of_copy;
     auto of_original = check_pages(original_);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies a whole database, also while the daemon records into it: taken from one state, checked,
-// and only then given its name. It never makes the recorder wait. `lcrig backup` and `lcrig
-// restore` use it.
+// Copies a whole database, also while the daemon records into it. The copy is taken from one state,
+// checked, and only then given its name. The recorder never waits for it. Used by `lcrig backup`
+// and `lcrig restore`.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 namespace lcrig {
 
 struct CopyOptions {
-  // Asked in between; false ends it. Empty: it goes on.
+  // Called between steps; false stops the copy. Empty: it is never stopped.
   std::function<bool()> goes_on;
-  bool check_original = false;  // its pages, before they are copied
-  std::string vfs;  // of SQLite, for the copy; empty: the operating system's
+  bool check_original = false;  // check the original's pages before they are copied
+  std::string vfs;  // SQLite's VFS for the copy; empty: the operating system's
 };
 
 struct BrokenRun {
@@ -27,21 +27,21 @@ struct BrokenRun {
 
 struct CopyReport {
   std::int64_t bytes = 0, runs = 0, rows = 0;
-  std::vector<std::int64_t> without_end;  // they went on at that instant, or were cut off
-  std::vector<BrokenRun> broken;  // not as they were recorded; the same in the original
+  std::vector<std::int64_t> without_end;  // still being recorded at that instant, or cut off
+  std::vector<BrokenRun> broken;  // differ from what was recorded, in the original as well
 };
 
-// Errors, after each of which nothing is left behind: invalid_request (`to` is there already, or
-// cannot become a database), io (no room, a damaged original, a copy unlike it), aborted.
+// Errors: invalid_request (`to` exists, or cannot become a database), io (no room, a damaged
+// original, a copy that differs from it), aborted. Nothing is left behind after an error.
 Result<CopyReport> copy_database(const std::string& from, const std::string& to,
                                  CopyOptions options = {});
 
-// Bytes left free on a disk that the recorder shares: an hour of the fastest rig's rows, and its
-// log.
+// Bytes to leave free on a disk that the recorder shares: an hour of the fastest rig's rows, and
+// their log.
 constexpr std::uintmax_t kLeftToRecorder = 64U << 20U;
-// This thread gives way to the recorder, at the processor and at the disk.
+// Lowers the priority of this thread below the recorder's, for processor and disk.
 void give_way();
-// `to` is none of the files that SQLite and lcrigd keep beside the database `from`.
+// Refuses `to` when SQLite or lcrigd keeps that file beside the database `from`.
 Result<> require_no_companion(const std::string& from, const std::string& to);
 
 }  // namespace lcrig

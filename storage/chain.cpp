@@ -18,8 +18,8 @@ namespace lcrig {
 
 namespace {
 
-// The columns that the chain covers. When a migration adds a column, do not add it to a row here:
-// give the table a new tag.
+// The columns that the chain covers. When a migration adds a column, do not add it here; give the
+// table a new tag instead.
 struct TableSpec {
   std::string_view name;
   char tag;
@@ -46,9 +46,10 @@ constexpr std::array<TableSpec, 7> kTables{{
     {"run_end", 'Z', "run_id,exit_status,reason,ended_mono_ns,ended_unix_ns"},
 }};
 constexpr std::size_t kRunSpec = 5, kEndSpec = 6;
-constexpr int kSpecimenColumn = 5;  // of the run row
+constexpr int kSpecimenColumn = 5;  // in the run row
 
-// Columns of runs recorded before runs had a uuid. Their uuid follows from this link.
+// The columns of runs recorded before runs had a uuid. The uuid of such a run is derived from this
+// link.
 TableSpec run_without_uuid() {
   TableSpec spec = kTables[kRunSpec];
   spec.tag = 'S';
@@ -75,7 +76,7 @@ void hash_value(RowHash& hash, const Statement& row, int column) {
     case SQLITE_INTEGER: hash.integer(row.integer(column)); break;
     case SQLITE_FLOAT: hash.real(row.real(column)); break;
     case SQLITE_NULL: hash.null(); break;
-    default: hash.text(row.text(column)); break;  // no covered column is a blob
+    default: hash.text(row.text(column)); break;  // text; no covered column is a blob
   }
 }
 
@@ -88,14 +89,14 @@ void read_link(const Statement& row, ChainHead& out) {
   row.read(out.seq, level, event, reading, sample, note, out.ended);
   const auto hash = row.blob(7);
   if (hash.size() == out.hash.size())
-    std::ranges::copy(hash, out.hash.begin());  // else it is wrong
+    std::ranges::copy(hash, out.hash.begin());  // else it keeps a hash that does not match
 }
 
 Result<bool> has_end(const Database& db, std::int64_t run) {
   return db.holds("SELECT count(*) FROM run_end WHERE run_id = ?", run);
 }
 
-// Walks the chain of one run and hashes the stored rows again, in the order of their keys.
+// Walks through the chain of one run and hashes the stored rows again, in the order of their keys.
 class Verifier {
  public:
   Verifier(const Database& db, std::int64_t run, const std::optional<Anchor>& anchor)
@@ -119,7 +120,7 @@ class Verifier {
     }
     if (auto r = check_anchors(); !r) return fail(r.error());
     report_.intact = report_.finding.empty();
-    if (!report_.intact) {  // its links were not read to the end
+    if (!report_.intact) {  // the walk stopped before the link that holds the end
       if (auto r = keep(has_end(db_, run_), report_.ended); !r) return fail(r.error());
     }
     return report_;
@@ -138,7 +139,7 @@ class Verifier {
     return keep(get_uuid(db_, run_), uuid_);
   }
 
-  // The first column of every table is the number of the run: a copied one is hashed with the
+  // The first column of every table is the number of the run. A copied run is hashed with the
   // number that it had where it was recorded.
   void hash_row(const TableSpec& spec, const Statement& row) {
     hash_.row(spec.tag);
@@ -194,7 +195,7 @@ class Verifier {
     return {};
   }
 
-  // Both the one that came from elsewhere and the one that was stored with the end.
+  // Compares the chain with the anchor that the caller gave and with the one stored at the end.
   Result<> check_anchors() {
     if (anchor_ && report_.finding.empty() && anchor_->links > report_.head.links) {
       report_.other_anchor = true;
@@ -265,7 +266,7 @@ class Verifier {
 
   const Database& db_;
   std::int64_t run_;
-  std::vector<Statement> rows_;  // by RunTable; each is at the next row of its table
+  std::vector<Statement> rows_;  // by RunTable; each at the next row of its table
   std::array<std::int64_t, kRunTables> last_{};
   RowHash hash_;
   std::optional<Anchor> anchor_;
@@ -277,7 +278,7 @@ class Verifier {
 
 Result<ChainReport> verify_snapshot(const Database& db, std::int64_t run,
                                     const std::optional<Anchor>& anchor) {
-  std::optional<Transaction> snapshot;  // unless the caller has one
+  std::optional<Transaction> snapshot;  // absent when the caller's transaction is used
   if (!db.in_transaction()) {
     auto begun = Transaction::begin_read(db);
     if (!begun) return fail(begun.error());
@@ -319,8 +320,8 @@ RowWriter& RowWriter::add_number(std::int64_t stored, std::int64_t hashed) {
 }
 
 void RowWriter::put(double value) {
-  if (std::isnan(value)) return put_null();  // as SQLite stores it
-  value += 0.0;  // SQLite stores -0.0 as 0.0
+  if (std::isnan(value)) return put_null();  // as SQLite stores a NaN
+  value += 0.0;  // turns -0.0 into 0.0, as SQLite does
   statement_.bind(next_++, value);
   hash_->real(value);
 }
@@ -390,7 +391,7 @@ Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
     if (report->goes_on) return report;
     auto ended = has_end(db, run);
     if (!ended) return fail(ended.error());
-    if (*ended) continue;  // it ended while it was checked
+    if (*ended) continue;  // it ended during the check, so check again
     report->intact = false;
     report->not_closed = true;
     report->finding =

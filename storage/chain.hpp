@@ -2,7 +2,7 @@
 // The hash chain of a run: one link per commit, over all rows of that commit and the previous link.
 // The recorder appends links; `lcrig verify` and the report check them. The chain shows that rows
 // were changed, removed or added outside the program. A person who may write the file can cut or
-// rewrite rows and links alike; only an anchor that is kept elsewhere finds that
+// rewrite rows and links alike; only an anchor that is kept elsewhere reveals that
 // (docs/database.md).
 #pragma once
 
@@ -40,13 +40,13 @@ class RowWriter {
  public:
   static Result<RowWriter> prepare(const Database& db, std::string_view table);
   RowWriter& begin(RowHash& hash);
-  // The values of the next columns, in their order. Texts must live until `insert`.
+  // Adds the values of the next columns, in order. Texts must live until `insert`.
   template <class... Values>
   RowWriter& add(const Values&... values) {
     (put(values), ...);
     return *this;
   }
-  // For a run that was copied: its number here, and the one that its chain covers.
+  // Adds two numbers for a copied run: the one stored here, and the one that its chain covers.
   RowWriter& add_number(std::int64_t stored, std::int64_t hashed);
   Result<> insert() { return statement_.run(); }
 
@@ -67,15 +67,15 @@ class RowWriter {
   RowHash* hash_ = nullptr;
 };
 
-// Reads and appends links. Use inside the transaction that holds the rows.
+// Reads and appends links. Use it inside the transaction that writes the rows.
 class ChainWriter {
  public:
   static Result<ChainWriter> prepare(const Database& db);
   Result<ChainHead> head(std::int64_t run);
-  // The caller sets `last` and `ended` in `head`; this advances its seq and hash.
+  // The caller sets `last` and `ended` in `head`; this function advances its seq and hash.
   Result<> append(ChainHead& head, RowHash& rows);
-  // Stores the link at the end of the run, which was just appended, as its anchor. An anchor that
-  // is there already stays: then somebody has removed the end that belongs to it.
+  // Stores the link at the end of the run, which was just appended, as its anchor. An existing
+  // anchor is kept: it shows that somebody removed the end that belongs to it.
   Result<> anchor(const ChainHead& head);
 
  private:
@@ -84,25 +84,25 @@ class ChainWriter {
 
 struct ChainReport {
   bool intact = false;
-  Anchor head;  // the last link that was checked; of a broken chain nothing to be kept
+  Anchor head;  // the last link that was checked; not to be kept from a broken chain
   std::int64_t rows = 0;
   bool ended = false;
-  bool goes_on = false;  // without an end, but its writer is recording it
+  bool goes_on = false;  // without an end, but its writer is still recording it
   std::string finding;  // what is wrong, empty when intact
-  bool other_anchor = false;  // of the anchor that was given: it may be another run's
-  bool not_closed = false;  // that it has no end: a daemon that starts closes it
+  bool other_anchor = false;  // the finding is about the given anchor, which may be another run's
+  bool not_closed = false;  // the finding is the missing end: the next start of a daemon closes the
+                            // run
 };
-// A run without an end is intact only while it goes on. `anchor`: of this run, kept elsewhere.
-// Reads in the caller's transaction, or in one of its own. Errors: no such run, an unreadable
-// database. A broken chain is a report, not an error.
+// Checks the chain of `run`. A run without an end is intact only while it is being recorded.
+// `anchor`: this run's, kept elsewhere. Reads in the caller's transaction, or in one of its own.
+// Errors: no such run, an unreadable database. A broken chain is a report, not an error.
 Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
                                  const std::optional<Anchor>& anchor = std::nullopt);
-// The same with a connection and a thread of its own, beside what the caller reads.
+// The same on a thread and a connection of its own, while the caller reads.
 std::future<Result<ChainReport>> verify_aside(const Database& db, std::int64_t run);
-// The anchor that people may keep. nullopt for a broken chain, whose hashes are those of changed
-// rows.
+// The anchor for people to keep. nullopt for a broken chain, because its hashes cover changed rows.
 std::optional<Anchor> anchor_of(const ChainReport& chain);
-// "not as it was recorded: link 3 ..."; empty when it is intact.
+// "not as it was recorded: link 3 ..."; empty when the chain is intact.
 std::string remark_on(const ChainReport& chain);
 
 }  // namespace lcrig

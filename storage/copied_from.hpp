@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts about a run that outlive its copy into another database: its name, and the number under
-// which it was recorded. Reading rows, checking the chain and continuing a run use them.
+// Facts about a run that survive copying it into another database: its uuid, and the number under
+// which it was recorded. Used to read rows, check the chain and continue a run.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 
 namespace lcrig {
 
-// The origin of a run that was recorded into another database.
+// Where a run was recorded that was copied into this database.
 struct CopiedFrom {
   std::int64_t run = 0;  // its number there
-  std::optional<std::int64_t> specimen_id;  // likewise
+  std::optional<std::int64_t> specimen_id;  // its specimen's number there
   std::string file, by;
   std::int64_t copied_unix_ns = 0;
 };
-// nullopt: it was recorded here.
+// nullopt: the run was recorded here.
 Result<std::optional<CopiedFrom>> get_copied_from(const Database& db, std::int64_t run);
 
-// nullopt: no such run, or its schema is older than such names.
+// nullopt: no such run, or the schema is older than uuids.
 Result<std::optional<std::string>> get_uuid(const Database& db, std::int64_t run);
 
 }  // namespace lcrig

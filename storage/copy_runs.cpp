@@ -28,12 +28,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Tables whose first column is the number of the run, in an order in which each row finds what it
-// refers to. The queue is not copied: it belongs to a rig.
+// Tables whose first column is the number of the run, ordered so that each row is copied after the
+// rows that it refers to. The queue is not copied, because it belongs to a rig.
 constexpr std::array kTablesOfRun{"run",        "run_end",     "run_note",     "level",
                                   "event",      "lcr_reading", "frame_sample", "chain",
                                   "run_anchor", "run_tag"};
-// Rows between two checks of the free space and of a stop: some megabytes.
+// Rows, some megabytes, between two checks of the free space and for a stop.
 constexpr std::int64_t kRowsOfStep = 32'768;
 
 std::optional<struct ::stat> look_at(const std::string& path) {
@@ -42,7 +42,7 @@ std::optional<struct ::stat> look_at(const std::string& path) {
   return out;
 }
 
-// Whether something can be copied there at all.
+// Refuses a target that cannot hold a copy at all.
 Result<> require_possible(const std::string& from, const std::string& to) {
   if (to.empty() || to.back() == '/') {
     return fail(Errc::invalid_request, "`{}`: a folder; name a file in it", to);
@@ -59,7 +59,7 @@ Result<> require_possible(const std::string& from, const std::string& to) {
   if (!S_ISREG(there->st_mode)) {
     return fail(Errc::invalid_request, "{}: is a folder, a pipe or a device; name a file", to);
   }
-  // SQLite keeps its log beside each name, so two names of one file would have two logs.
+  // SQLite keeps its log under the file's name, so two names of one file would have two logs.
   if (there->st_nlink > 1) {
     return fail(Errc::invalid_request,
                 "{}: has {} names (hard links), and SQLite loses commits in such a file; remove "
@@ -102,8 +102,8 @@ class RunCopy {
   }
 
  private:
-  // Once the runs were seen to be sound, all is about the target but a stop, and a source that
-  // cannot be read any more. SQLite's errors may name a file by its full path.
+  // After the runs were found sound, every error is about the target, except a stop and a source
+  // that becomes unreadable. SQLite's errors may name a file by its full path.
   Error of_target(Error error) const {
     std::error_code unknown;
     const bool of_source = fs::equivalent(error.database, from_, unknown);
@@ -111,7 +111,7 @@ class RunCopy {
     return error;
   }
 
-  // All reads see one state; in it the runs are sound.
+  // Opens a snapshot of the source, which all reads use, and verifies the runs in it.
   Result<> open_source(const std::vector<std::int64_t>& runs) {
     if (auto r = keep(open_read_only(from_), source_); !r) return r;
     if (auto r = require_same_schema(source_, schema_); !r) return r;
@@ -181,8 +181,8 @@ class RunCopy {
     return out;
   }
 
-  // Afterwards the file alone is the whole database, so a person who copies it gets the runs. A
-  // program that reads it meanwhile moves them itself when it closes the database last.
+  // Moves the log into the file, so that a person who copies the file alone gets the runs. A
+  // program that reads the file meanwhile does it when it closes the database last.
   Result<> move_out_of_log() {
     const auto moved = target_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
     if (moved) return {};
@@ -239,7 +239,7 @@ class RunCopy {
     return out;
   }
 
-  // Both have the same schema, so the columns have the same places.
+  // Both databases have the same schema, so the columns have the same order.
   Result<> copy_rows(std::string_view table, std::int64_t run, std::int64_t number) {
     const bool row_of_run = table == kTablesOfRun.front();
     auto rows = source_.query(
@@ -252,7 +252,8 @@ class RunCopy {
     return rows->each([&](const Statement& row) -> Result<> {
       insert->bind(0, number);
       for (int i = 1; i < row.columns(); ++i) {
-        // The run has the specimen's text; its row is another database's.
+        // NULL: the number is a row of the other database, and the run has the specimen's text
+        // itself.
         if (row_of_run && sqlite3_column_name(row.handle(), i) == kSpecimen) {
           insert->bind_null(i);
         } else {
@@ -264,7 +265,7 @@ class RunCopy {
     });
   }
 
-  // A run that is copied again is still from where it was recorded.
+  // The origin of a run that is copied again stays the database where it was recorded.
   Result<> write_origin(std::int64_t run, std::int64_t number) {
     auto row = get_run(source_, run);
     if (!row) return fail(row.error());
@@ -282,7 +283,8 @@ class RunCopy {
                           options_.now_unix_ns);
   }
 
-  // Syncs the log in between: all of it at the end would hold up a commit of the recorder.
+  // Syncs the log between steps, because one large sync at the end would hold up a commit of the
+  // recorder.
   Result<> take_breath() {
     if (!goes_on()) return stopped();
     const int log = ::open(beside_database(to_, "-wal").c_str(), O_RDONLY | O_CLOEXEC);
@@ -315,7 +317,7 @@ class RunCopy {
   RunCopyOptions options_;
   Database source_, target_;
   std::optional<Transaction> snapshot_;
-  std::vector<ChainReport> before_;  // of each run
+  std::vector<ChainReport> before_;  // one for each run
   std::int64_t rows_ = 0;
   bool created_ = false;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What corrections.hpp declares without a database: the JSON of a run's row, and words for people.
+// The functions of corrections.hpp that need no database: JSON for a run's row, and words for
+// people.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -20,10 +20,10 @@ namespace {
 
 enum class Content { empty, current, older };
 
-// Readers need nothing that came with a later schema: 2 added views for people.
+// Readers need nothing that later schemas added; schema 2 added views for people.
 constexpr int kOldestRead = 1;
 
-// Looks at the content of the file before anything is written to it.
+// Decides what the file is before anything is written to it.
 Result<Content> inspect(const Database& db) {
   auto application = db.integer("PRAGMA application_id");
   if (!application) return fail(application.error());
@@ -47,7 +47,7 @@ Result<Content> inspect(const Database& db) {
 }
 
 Result<> configure(const Database& db) {
-  // 5 s is longer than any of our writers takes. A backup does not block writers.
+  // 5 s is longer than any of our writes. A backup does not block writers.
   if (auto r = db.execute("PRAGMA busy_timeout = 5000"); !r) return r;
   if (auto r = db.execute("PRAGMA foreign_keys = ON"); !r) return r;
   // Otherwise INSERT OR REPLACE would delete rows without firing the delete triggers.
@@ -75,7 +75,8 @@ std::uintmax_t bytes_of(const std::string& file) {
   return unknown ? 0 : bytes;
 }
 
-// Readings that were committed and not yet moved into the file may be in its log alone.
+// Refuses an empty or missing file with a log beside it: the log may hold readings that were
+// committed but not yet moved into the file.
 Result<> require_database_of_log(const std::string& path) {
   const std::string log = beside_database(path, "-wal");
   if (bytes_of(path) > 0 || bytes_of(log) == 0) return {};
@@ -97,8 +98,9 @@ Result<> require_readable(const std::string& path) {
               path, std::strerror(errno));
 }
 
-// A reader shares -wal and -shm with the writer where both are there, as every writer of ours
-// leaves them. One may be missing beside an older file or a copy, and reading must not create it.
+// How to open a file for reading without creating anything. Every writer of ours leaves -wal and
+// -shm beside the file, and a reader shares them. Beside an older file or a copy one may be
+// missing, and a reader must not create it.
 Result<Database::Mode> reading_mode(const std::string& path) {
   std::error_code unknown;
   const auto log_bytes = std::filesystem::file_size(beside_database(path, "-wal"), unknown);
@@ -108,14 +110,15 @@ Result<Database::Mode> reading_mode(const std::string& path) {
   }
   const auto written = has_writer(path);
   if (!written) return fail(written.error());
-  if (*written) return Database::Mode::read_only;  // it is about to create them
+  if (*written) return Database::Mode::read_only;  // the writer is about to create them
   return has_log && log_bytes > 0 ? Database::Mode::private_index : Database::Mode::immutable;
 }
 
-// An older lcrig cannot open the file any more, so programs that log warnings only say it, too.
+// Reports a migration as a warning where information is not logged, because an older lcrig can no
+// longer open the file.
 void tell_migration(const std::string& path, std::int64_t before) {
   const int now = shipped_migrations().back().version;
-  if (before == 0 || before == now) return;  // a new file, or nothing was changed
+  if (before == 0 || before == now) return;  // a new file, or no migration
   const auto level =
       spdlog::should_log(spdlog::level::info) ? spdlog::level::info : spdlog::level::warn;
   spdlog::log(level, "database {}: schema {} -> {}", printable(path), before, now);
@@ -156,8 +159,8 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
   if (auto r = db->execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL"); !r) {
     return fail(r.error());
   }
-  // The log is empty when the last connection has closed: a copy of the file alone is whole. The
-  // limit, which nothing of ours reaches, is what makes SQLite cut it.
+  // SQLite empties the log when the last connection closes, so that a copy of the file alone is
+  // complete. It does so only if a size limit is set; nothing of ours reaches this one.
   db->keep_companions();
   if (auto r = db->execute("PRAGMA journal_size_limit = 67108864"); !r) return fail(r.error());
   const auto before = db->integer("PRAGMA user_version");
@@ -169,7 +172,7 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
 
 Result<Database> open_read_only(const std::string& path, const std::string& vfs) {
   if (vfs != kInMemory) {
-    // A reader of an empty file would empty the log, too.
+    // Opening the empty file even for reading would delete the log.
     if (auto r = require_database_of_log(path); !r) return fail(r.error());
     if (auto r = require_readable(path); !r) return fail(r.error());
   }

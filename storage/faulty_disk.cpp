@@ -39,7 +39,7 @@ bool FaultyDisk::has_room(std::int64_t bytes) {
   return true;
 }
 
-// SQLITE_OK, or the error for this write, truncation or sync.
+// SQLITE_OK, or the error that this write, truncation or sync returns.
 int FaultyDisk::next_operation(int io_error) {
   if (operations_++ == fail_at_) {
     failed_ = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that fails on command, for rehearsed faults and tests: an SQLite VFS on top of the real
-// one. It returns the errors that a real failing disk would return.
+// A disk that fails on command: an SQLite VFS on top of the real one. It returns the errors of a
+// real failing disk. Used by rehearsed faults and tests.
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,8 @@ class FaultyDisk final : public ForwardingVfs {
   // Files can no longer grow. As on a real disk, deleting the reserve file (DATABASE.reserve) frees
   // as much room as it took.
   void set_full(bool on);
-  // As after the kernel remounted the disk: open files refuse writes, and files open read-only.
+  // As after the kernel remounted the disk read-only: open files refuse writes, and new ones open
+  // read-only.
   void set_read_only(bool on) { read_only_ = on; }
   // Each sync takes longer by `delay`, in real time.
   void set_sync_delay(Duration delay) {
@@ -51,8 +52,8 @@ class FaultyDisk final : public ForwardingVfs {
   Failure how_ = Failure::io_error;
   std::mutex mutex_;  // guards the members below
   std::string reserve_;  // path; empty until the main database was opened
-  std::int64_t reserve_bytes_ = 0;  // when the disk became full
-  std::int64_t grown_bytes_ = 0;  // since then
+  std::int64_t reserve_bytes_ = 0;  // its size when the disk became full
+  std::int64_t grown_bytes_ = 0;  // growth of all files since then
 };
 
 // While on, every SQLite allocation in this process fails with SQLITE_NOMEM.

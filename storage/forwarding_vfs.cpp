@@ -5,7 +5,7 @@
 
 namespace lcrig {
 
-// The callbacks that SQLite calls.
+// The callbacks that SQLite calls, which forward to ForwardingVfs.
 struct ForwardingMethods {
   using File = ForwardingVfs::File;
 
@@ -42,7 +42,7 @@ struct ForwardingMethods {
 
   using Methods = sqlite3_io_methods;
 
-  // Those that are no concern of a derived class call the real file's.
+  // Methods that no derived class overrides call the real file directly.
   template <auto method, class R, class... Args>
   static void pass_on(Methods& m, R (*Methods::*)(sqlite3_file*, Args...)) {
     m.*method = [](sqlite3_file* f, Args... args) -> R {

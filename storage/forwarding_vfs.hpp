@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An SQLite VFS that forwards everything to the real one. Base class of simulated disks: FaultyDisk
-// and the power cuts of the tests.
+// An SQLite VFS that forwards everything to the real one. Base class of simulated disks:
+// FaultyDisk, and the power cuts of the tests.
 #pragma once
 
 #include <sqlite3.h>

@@ -36,7 +36,8 @@ Result<> migrate(const Database& db, std::span<const Migration> migrations) {
     if (auto r = apply(db, m); !r) return r;
     raised = true;
   }
-  // The package's scripts read the schema from the file's header, without SQLite and its log.
+  // The package's scripts read the schema version from the file's header, without SQLite and its
+  // log.
   if (raised) return db.execute("PRAGMA wal_checkpoint(TRUNCATE)");
   return {};
 }

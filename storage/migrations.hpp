@@ -11,7 +11,7 @@
 namespace lcrig {
 
 struct Migration {
-  int version;  // 1, 2, ... without holes; becomes user_version
+  int version;  // 1, 2, ... without gaps; becomes user_version
   std::string_view name;
   std::string_view sql;
 };

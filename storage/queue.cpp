@@ -12,7 +12,8 @@ namespace lcrig {
 
 namespace {
 
-// Between two neighbours: so often something fits in before the places are numbered anew.
+// Distance between neighbours. About 20 entries fit between two of them before all places are
+// renumbered.
 constexpr std::int64_t kStep = std::int64_t{1} << 20U;
 
 Result<EntryState> state_of(std::string_view word) {
@@ -25,12 +26,12 @@ Error no_entry(std::int64_t entry) {
                fmt::format("no entry {} is in the queue; see `lcrig queue list`", entry));
 }
 
-// The places that a new or moved entry goes between; nullopt: there is no such end.
+// The places of the entries before and after a gap; nullopt at either end of the queue.
 struct Gap {
   std::optional<std::int64_t> behind, before;
 };
 
-// `moved`: the entry that is looked for a place; it is in nobody's way.
+// `moved`: the entry that is to be moved, which is ignored here.
 Result<Gap> find_gap(const Database& db, QueuePlace to, std::int64_t moved) {
   using Where = QueuePlace::Where;
   using Place = std::int64_t;
@@ -65,7 +66,8 @@ Result<Gap> find_gap(const Database& db, QueuePlace to, std::int64_t moved) {
   return gap;
 }
 
-// Behind all that are there, in their order: no two have the same place on the way.
+// Renumbers all entries from beyond the largest place upwards, so that no two share a place at any
+// moment.
 Result<> number_anew(const Database& db) {
   auto entries =
       db.rows<std::int64_t>("SELECT id FROM queue_entry WHERE place IS NOT NULL ORDER BY place");
@@ -81,7 +83,7 @@ Result<> number_anew(const Database& db) {
   return {};
 }
 
-// A free place there, `room` of them in a row; how far apart these are is `step`.
+// The first of `room` free places in a gap, which are `step` apart.
 struct Slot {
   std::int64_t first = 0, step = kStep;
 };
@@ -125,8 +127,8 @@ Result<EntryState> state_in_queue(const Database& db, std::int64_t entry) {
   return **state;
 }
 
-// An entry that was begun once stands at the head and stays there, also while it waits to be
-// repeated.
+// Errors: invalid_request when the entry has begun. It stays at the head of the queue, even while
+// it waits to be repeated.
 Result<> has_not_begun(const Database& db, std::int64_t entry, std::string_view so) {
   auto state = state_in_queue(db, entry);
   if (!state) return fail(state.error());
@@ -193,7 +195,7 @@ Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::siz
   if (auto r = can_stand(db, place); !r) return fail(r.error());
   auto slot = find_slot(db, place, static_cast<std::int64_t>(count), 0);
   if (!slot) return fail(slot.error());
-  // An entry that is added to a finished queue has to be started anew.
+  // A queue that had finished does not start by itself when an entry is added.
   auto begun_anew = db.change(
       "UPDATE queue_state SET held_cause = 'not_started', held_why = 'nobody has started it'"
       " WHERE going = 0 AND held_cause = 'empty'");

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stored queue of runs: entries and their order, and the history of all acts with their users.
-// Each writer is one transaction, so that the queue survives any end of the daemon. queue_run.hpp
-// begins and ends entries; the daemon decides who may do what, and when.
+// The stored queue of runs: its entries, their order, and the history of all actions with their
+// users. Each writer is one transaction, so the queue survives a crash of the daemon. queue_run.hpp
+// begins and ends entries; the daemon decides who may do what, and when. Used by the daemon's queue
+// and by `lcrig queue`.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +17,16 @@
 
 namespace lcrig {
 
-// A run that somebody wants, with the texts as they are now.
+// A run to be queued, with copies of its texts.
 struct QueuedRun {
   std::string protocol_name, protocol_text;
-  std::string parameters_json = "{}";  // names to numbers, or to texts as somebody typed them
+  std::string parameters_json = "{}";  // names to numbers, or to texts as typed
   std::string specimen_name, specimen_text;
   std::string operator_name, note;
   std::string terms_json = "{}", plan_json = "null";
 };
 
-// The user who acts, and when. No uid: lcrigd itself.
+// The user who acts, and when. No uid: lcrigd itself acts.
 struct QueueActor {
   std::string user = "lcrigd";
   std::optional<std::int64_t> uid;
@@ -47,7 +48,7 @@ struct QueueListing {
   std::string added_by;
   std::int64_t added_unix_ns = 0;
   std::int64_t attempts = 0;
-  std::optional<std::int64_t> last_run;  // of its attempts
+  std::optional<std::int64_t> last_run;  // the run of its last attempt
   std::optional<std::int64_t> resumes_run;
 };
 
@@ -57,10 +58,10 @@ struct QueueLock {
 };
 struct QueueState {
   bool going = false;
-  std::optional<HoldCause> held;  // when it does not go
+  std::optional<HoldCause> held;  // set when the queue does not go
   std::string held_why;
   std::int64_t failures_in_row = 0;
-  std::optional<std::string> on_rig;  // specimen; nullopt: nobody knows
+  std::optional<std::string> on_rig;  // name of the specimen; nullopt: unknown
   std::optional<QueueLock> lock;
 };
 
@@ -70,46 +71,47 @@ struct QueueAct {
   std::optional<std::int64_t> entry, uid;
 };
 
-// Where an entry goes. `first`: before all that wait, behind one that has begun.
+// Where to insert an entry. `first`: before all waiting entries, but after one that has begun.
 struct QueuePlace {
   enum class Where { first, last, before, after };
   Where where = Where::last;
   std::int64_t entry = 0;  // for before and after
 };
 
-// The numbers of the new entries, in the order of `runs`. All or none. Errors: as for move.
+// Appends or inserts runs, all or none. Returns the numbers of the new entries, in the order of
+// `runs`. Errors: as for move_in_queue.
 Result<std::vector<std::int64_t>> add_to_queue(const Database& db, std::span<const QueuedRun> runs,
                                                QueuePlace place, const QueueActor& who);
-// Errors: invalid_request when there is no such entry, or one of them does not wait any more.
+// Errors: invalid_request when there is no such entry, or one of the two is no longer waiting.
 Result<> move_in_queue(const Database& db, std::int64_t entry, QueuePlace place,
                        const QueueActor& who);
-// Removes an entry that is not running. Errors: as for move.
+// Removes an entry that is not running. Errors: as for move_in_queue.
 Result<> remove_from_queue(const Database& db, std::int64_t entry, const QueueActor& who);
-// Removes all entries that are not running. Returns how many they were.
+// Removes all entries that are not running. Returns their number.
 Result<std::int64_t> clear_queue(const Database& db, const QueueActor& who);
 
 Result<> lock_queue(const Database& db, std::string_view why, const QueueActor& who);
 Result<> unlock_queue(const Database& db, const QueueActor& who);
-// A person said which specimen is on the rig.
+// Stores which specimen is on the rig, as a person reported.
 Result<> tell_specimen_on_rig(const Database& db, std::string_view specimen, std::int64_t entry,
                               const QueueActor& who);
 
 Result<QueueState> get_queue_state(const Database& db);
-// In their order, without the first `skip`. Errors: an unreadable database.
+// Entries in their order, without the first `skip`. Errors: an unreadable database.
 Result<std::vector<QueueListing>> list_queue(const Database& db, std::int64_t skip,
                                              std::int64_t most);
 Result<std::int64_t> count_queue(const Database& db);
-// Bytes that all entries need that have not run yet, as far as their plans say.
+// Bytes that the plans of all waiting entries add up to.
 Result<std::int64_t> planned_bytes(const Database& db);
 Result<std::int64_t> count_before(const Database& db, std::int64_t entry);
 Result<std::optional<QueueListing>> queue_head(const Database& db);
 Result<QueueListing> get_queue_entry(const Database& db, std::int64_t entry);
 Result<QueuedRun> get_queued_run(const Database& db, std::int64_t entry);
-// The newest first, those before `before` (0: all). `entry`: only of this one.
+// Newest first, from before `before` (0: all). `entry`: only those of this entry.
 Result<std::vector<QueueAct>> queue_history(const Database& db, std::optional<std::int64_t> entry,
                                             std::int64_t before, std::int64_t most);
 
-// For queue_run.cpp: a row of the history, in the transaction of what it tells.
+// For queue_run.cpp: adds a row to the history, in the transaction of the action itself.
 Result<> append_queue_act(const Database& db, std::string_view act,
                           std::optional<std::int64_t> entry, std::string_view detail,
                           const QueueActor& who);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions to the stored queue.
+// Reads the stored queue: the questions that queue.hpp declares.
 #include <algorithm>
 #include <limits>
 

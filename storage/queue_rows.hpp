@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of the queue that batches and the queue write alike; inside storage/ only.
+// Writes queue rows for both single entries and batches. Used inside storage/ only.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@
 
 namespace lcrig {
 
-using QueuedRuns = std::function<const QueuedRun*(std::size_t)>;  // by index, from 0 on
+using QueuedRuns = std::function<const QueuedRun*(std::size_t)>;  // by index, from 0
 
-// Stores a text unless it is there. Returns its hash.
+// Stores a text unless it is stored already. Returns its hash.
 Result<std::string> store_queue_text(const Database& db, const std::string& text);
-// To be called within a transaction, for `count` runs. `why`: for the history, beside the place.
+// Inserts `count` runs; call it within a transaction. `why` is added to the history.
 Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::size_t count,
                                                     const QueuedRuns& run_at, QueuePlace place,
                                                     const QueueActor& who,

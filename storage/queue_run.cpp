@@ -34,7 +34,7 @@ Result<> refuse_choice(HeadChoice choice, const std::optional<QueueListing>& hea
         head->entry, to_string(choice));
   }
   if (head->state == EntryState::running) {
-    // Held while its run goes on: it may go on behind it.
+    // A queue that was held during this run may be started again.
     if (!chosen) return {};
     return fail(Errc::invalid_request, "entry {} is running: wait for its end", head->entry);
   }
@@ -65,7 +65,7 @@ Result<> apply_choice(const Database& db, HeadChoice choice, const QueueListing&
   return {};
 }
 
-// How the last attempt of an entry ended, as far as its run knows.
+// How the last attempt of an entry ended, judged by its run.
 Result<EntryState> settled_state(const Database& db, std::int64_t run) {
   auto end = db.first<std::string>("SELECT exit_status FROM run_end WHERE run_id = ?", run);
   if (!end) return fail(end.error());
@@ -167,7 +167,7 @@ Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
   if (!queue) return fail(queue.error());
   auto head = queue_head(db);
   if (!head) return fail(head.error());
-  // Also an entry that a person wanted begun again: it is not known what happened since.
+  // Includes a begun entry that waits to be repeated, because nobody knows what happened meanwhile.
   const bool cut_off = *head && ((*head)->state == EntryState::running ||
                                  ((*head)->state == EntryState::waiting && (*head)->attempts > 0));
   if (cut_off) {
@@ -178,7 +178,7 @@ Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
     if (auto r = set_held(db, HoldCause::restart, kWhy); !r) return fail(r.error());
     if (auto r = append_queue_act(db, "hold", std::nullopt, kWhy, who); !r) return fail(r.error());
   }
-  // A person who restarted the daemon may have changed the specimen, too.
+  // The person who restarted the daemon may have changed the specimen, too.
   auto unknown = db.change("UPDATE queue_state SET on_rig = NULL");
   if (!unknown) return fail(unknown.error());
   if (auto r = transaction->commit(); !r) return fail(r.error());

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The room on the disk that stays free beside a planned run. The recorder refuses a run by it, and
-// `lcrig doctor` warns by it.
+// How much of the disk must stay free beside a planned run. The recorder refuses a run that leaves
+// less, and `lcrig doctor` warns.
 #pragma once
 
 #include <cstdint>
 
 namespace lcrig {
 
-// Has to stay free beside what is planned: for what no plan knows, such as pauses and losses.
+// For what no plan can know, such as pauses and losses of instruments.
 inline constexpr std::int64_t kStaysFree_bytes = 64 << 20;
 
 }  // namespace lcrig

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kBuffer = 8192;
 
-// libcrypto fails here only when it lacks memory or SHA-256, so there is nothing to recover.
+// libcrypto fails here only without memory or without SHA-256, so there is nothing to recover.
 void check(int ok) {
   if (ok != 1) throw std::runtime_error("libcrypto: SHA-256 failed");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SHA-256, and the canonical bytes of stored rows that the hash chain (storage/chain.hpp) covers.
-// Also used where texts are stored once, by their hash (queue, specimens).
+// Also used where texts are stored once, under their hash (queue, specimens).
 #pragma once
 
 #include <array>

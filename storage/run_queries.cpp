@@ -10,10 +10,9 @@ namespace lcrig {
 
 namespace {
 
-// The numbers of rows are read from the last link of the chain, so that a long run costs no
-// counting; those of a run that ended from the index chain_at_end, which has nothing else. A run
-// whose links somebody deleted is listed all the same, without numbers: `verify` tells what is
-// missing.
+// The counts of rows come from the last link of the chain, so that listing a long run needs no
+// counting. For an ended run the index chain_at_end gives that link. A run whose links somebody
+// deleted is listed without counts; `verify` reports what is missing.
 constexpr std::string_view kListing =
     "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, coalesce(lcr_reading_seq, 0),"
@@ -49,7 +48,7 @@ Result<> count_rows_so_far(const Database& db, RunListing& open_run) {
       open_run.run);
 }
 
-// A run without an end may have ended since its row was read: then the row is read again.
+// A run without an end may have ended after its row was read, so the row is read again.
 Result<> complete_open_run(const Database& db, RunListing& listing) {
   if (listing.exit_status) return {};
   auto asked = keep(is_being_recorded(db.path(), listing.run), listing.goes_on);
@@ -85,20 +84,20 @@ std::string_view status_of(const RunListing& listing) {
 }
 
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {
-  // The rig did nothing for a run that was copied from elsewhere.
+  // A run that was copied from elsewhere says nothing about this rig.
   return db.first<std::int64_t>(
       "SELECT ended_unix_ns FROM run_end WHERE run_id NOT IN (SELECT run_id FROM run_copy)"
       " ORDER BY run_id DESC LIMIT 1");
 }
 
 Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& filter) {
-  // A status without an end is not in the database: the lock tells it, below.
+  // Statuses of a run without an end are not in the database; the writer's lock below gives them.
   const std::string end = parse_exit_status(filter.status) ? filter.status : "";
   auto sql = listing_sql(db);
   if (!sql) return fail(sql.error());
   auto tags = get_tags(db);
   if (!tags) return fail(tags.error());
-  // An older schema has no tags, and no view of them.
+  // An older schema has neither tags nor their view.
   const std::string tagged =
       tags->empty() ? "?6 = ''" : "(?6 = '' OR run.id IN (SELECT run FROM v_tag WHERE tag = ?6))";
   auto all =

@@ -8,7 +8,7 @@ namespace lcrig {
 
 namespace {
 
-// The times of largest force, one for each excursion above half of the peak.
+// The times of the largest force, one for each excursion above half of the peak.
 Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, double peak_N) {
   std::vector<std::int64_t> out;
   double highest = 0;  // of the current excursion; 0: none
@@ -80,7 +80,7 @@ Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
   };
   return db.each(
       "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
-      // A level that was abandoned and begun again counts only in its last attempt.
+      // Readings of an abandoned level do not count: the level was begun again.
       " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1 AND (level IS NULL OR level"
       "  NOT IN (SELECT json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind ="
       "  'level_abandoned'))),"
@@ -100,7 +100,8 @@ Result<std::optional<double>> c0_of(const Database& db, std::int64_t run) {
 
 Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view specimen,
                                       double frequency_Hz) {
-  // A passive recording has no contact, and so no C0: the one before it may have.
+  // A run without contact, such as a passive recording, has no C0; then an earlier run may have
+  // one.
   auto runs = db.rows<std::int64_t>(
       "SELECT run.id FROM run JOIN run_end ON run_id = id WHERE specimen_name = ? AND exit_status ="
       " 'success' AND json_extract(lcr_settings_json, '$.frequency_Hz') = ?"
@@ -127,7 +128,7 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
                                     run),
                    out.duration_s);
   if (read) read = keep(c0_of(db, run), out.c0_F);
-  // A peak between two samples is only in the device's report at the end of the motion.
+  // A peak between two samples is only in the report that the frame sends at the end of the motion.
   constexpr std::string_view kPeak =
       "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = ?1 UNION ALL"
       " SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE run_id = ?1 AND kind ="

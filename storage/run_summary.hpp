@@ -12,8 +12,8 @@
 namespace lcrig {
 
 struct RunSummary {
-  std::int64_t lcr_readings = 0;  // only fresh ones
-  std::int64_t measure_readings = 0;  // counted by a `measure` step
+  std::int64_t lcr_readings = 0;  // fresh ones only
+  std::int64_t measure_readings = 0;  // taken by `measure` steps
   std::int64_t frame_samples = 0;
   std::optional<double> duration_s;
   // Mean of the readings before contact, or before the first weight; absent without such an event.
@@ -23,10 +23,10 @@ struct RunSummary {
   // Without levels it is the mean of the readings nearest to the largest force of each loading.
   std::optional<double> delta_at_peak_F;
 };
-// The capacitances are present only if the run's meter functions measure a capacitance.
+// The capacitances are present only if the meter functions of the run measure a capacitance.
 Result<RunSummary> summarise_run(const Database& db, std::int64_t run);
 
-// Capacitance of a specimen before contact in its last run at this frequency that ended well.
+// A specimen's capacitance before contact, from its last successful run at this frequency.
 struct LastC0 {
   std::int64_t run = 0;
   double c0_F = 0;

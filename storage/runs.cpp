@@ -45,8 +45,8 @@ Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash
   return writer->insert();
 }
 
-// Adds a row to a run in one transaction: its first column is the run, `write(writer, head)` fills
-// the others, then one new link covers it.
+// Adds a row to a run in one transaction. Its first column is the run; `write(writer, head)` fills
+// the others. A new link covers it.
 template <class Write>
 Result<> append_row(const Database& db, std::int64_t run, std::string_view table, Write write) {
   auto transaction = Transaction::begin(db);
@@ -74,12 +74,12 @@ Result<> append_row(const Database& db, std::int64_t run, std::string_view table
 
 constexpr std::string_view kReplay = "replay:";
 
-// To a millinewton; never "-0.000".
+// Rounded to a millinewton, without "-0.000".
 std::string rounded_N(double force_N) {
   return fmt::format("{:.3f}", std::round(force_N * 1e3) / 1e3 + 0.0);
 }
 
-// Words for a person who finds the rig after a crash.
+// Tells a person who finds the rig after a crash in which state it was left.
 Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   std::string reason = "the daemon ended without closing the run; found at the next start";
   auto ended = get_anchor(db, run);
@@ -111,7 +111,7 @@ Result<std::int64_t> find_by_uuid(const Database& db, std::string_view beginning
   std::ranges::transform(first, first.begin(), [](char c) {
     return c >= 'A' && c <= 'F' ? static_cast<char>(c + 32) : c;
   });
-  const std::string after_last = first + "g";  // behind every hex digit
+  const std::string after_last = first + "g";  // sorts after every hex digit
   auto found = db.rows<std::int64_t>(
       "SELECT id FROM run WHERE uuid >= ? AND uuid < ? ORDER BY id LIMIT 2", first, after_last);
   if (!found) return fail(found.error());

@@ -19,9 +19,10 @@
 
 namespace lcrig {
 
-// Everything known before the first sample. `*_json` are JSON texts; "{}" means nothing is known.
+// Everything known before the first sample. `*_json` are JSON texts; "{}" means that nothing is
+// known.
 struct RunRow {
-  std::string uuid;  // empty: insert_run makes one; or of a schema without them
+  std::string uuid;  // empty: insert_run makes one; or the schema is older than uuids
   std::string protocol_name, protocol_text;
   std::string parameters_json = "{}";
   std::optional<std::int64_t> specimen_id;  // StoredSpecimen::id
@@ -31,30 +32,31 @@ struct RunRow {
   std::string lcr_settings_json = "{}";  // as read back from the meter
   std::string frame_capabilities_json = "{}", frame_limits_json = "{}";
   std::string correction_json = "{}";  // MeterCorrections
-  // Of a new run: insert_run makes correction_json of it, with when each was made last.
+  // For a new run: insert_run adds when each was made, and stores it as correction_json.
   std::optional<MeterCorrections> corrections;
   std::string bench_name, bench_text;
   bool simulated = false;
   std::optional<std::int64_t> seed;
-  std::optional<std::string> model_level, model_error_json;  // of a simulated run
+  std::optional<std::string> model_level, model_error_json;  // simulated runs only
   std::string software_version = std::string(program_version());
   std::string operator_name, note;
   std::int64_t started_unix_ns = 0;  // the same instant on both clocks
   MonoTime started;
   std::string boot_id;
-  std::optional<std::int64_t> queue_entry;  // whose turn it is; in a table of its own
-  std::optional<CopiedFrom> copied_from;  // as get_run finds it; a new run is recorded here
+  std::optional<std::int64_t> queue_entry;  // the entry that this run belongs to; stored in a table
+                                            // of its own
+  std::optional<CopiedFrom> copied_from;  // set by get_run; empty for a new run
 
-  std::optional<double> probe_area_m2() const;  // pressure is force over it
+  std::optional<double> probe_area_m2() const;  // pressure is force divided by it
 };
 
 struct RunEnd {
   ExitStatus status = ExitStatus::success;
   std::string reason;
-  std::optional<MonoTime> ended;  // absent: not known (interrupted)
+  std::optional<MonoTime> ended;  // absent: unknown (interrupted)
   std::int64_t ended_unix_ns = 0;
-  std::optional<Anchor> anchor;  // of the chain; known once it is stored
-  bool moved = false;  // the file is not under its name any more; likewise
+  std::optional<Anchor> anchor;  // of the chain; set once the end is stored
+  bool moved = false;  // the file no longer has its name; set once the end is stored
 };
 
 struct RunNote {
@@ -63,56 +65,57 @@ struct RunNote {
   std::int64_t added_unix_ns = 0;
 };
 
-// One line of `lcrig runs`. Counts are as of the last commit.
+// One line of `lcrig runs`. Its counts are those of the last commit.
 struct RunListing {
   std::int64_t run = 0;
-  std::string uuid;  // empty: its schema is older
-  std::vector<std::string> tags;  // in the order of the alphabet
+  std::string uuid;  // empty: the schema is older
+  std::vector<std::string> tags;  // in alphabetical order
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
   std::int64_t started_unix_ns = 0;
-  std::optional<ExitStatus> exit_status;  // absent: it goes on, or was cut off
+  std::optional<ExitStatus> exit_status;  // absent: the run goes on, or was cut off
   bool goes_on = false;
   std::string reason;
   std::optional<std::int64_t> ended_unix_ns;
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
 };
 
-// Which runs are meant: those to which everything applies that is given.
+// Selects the runs that meet all given conditions.
 struct RunFilter {
   std::string specimen, protocol, operator_name;  // empty: any
-  std::string status;  // as status_of() says it; empty: any
-  std::string tag;  // empty: any, and none
-  std::optional<std::int64_t> since_unix_ns;  // begun then or later
+  std::string status;  // a word of status_of(); empty: any
+  std::string tag;  // empty: any or none
+  std::optional<std::int64_t> since_unix_ns;  // started then or later
 };
 
-// How the run ended; "running", or "cut off" when it has no end and nobody records it.
+// How the run ended; "running" while it is recorded; "cut off" when it has no end and no recorder.
 std::string_view status_of(const RunListing& listing);
 
-// The bench of a run that plays a recording back is "replay:DIR".
+// The bench name of a run that plays a recording back: "replay:DIR".
 std::string replay_bench(std::string_view directory);
 std::optional<std::string> replay_directory(std::string_view bench);  // nullopt: a real bench
 
 // The kernel's id of this boot; empty when it has none.
 std::string read_boot_id();
 
-// Only the sole writer of runs knows it for sure.
+// Certain only for the sole writer of runs.
 Result<std::int64_t> next_run_number(const Database& db);
 
-// Writers. Each is one transaction and one link of the run's hash chain. An entry of the queue
-// begins in that transaction, too (claim_queue_entry: storage/queue_run.hpp).
+// Each writer is one transaction and one link of the run's hash chain. insert_run also begins the
+// run's entry of the queue in its transaction (claim_queue_entry: storage/queue_run.hpp).
 Result<std::int64_t> insert_run(const Database& db, const RunRow& row);
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end);
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
-                      std::string_view text, std::int64_t now_unix_ns);  // to a run that has ended
-// Closes runs without an end as `interrupted`. Only the sole writer may call it, while no run is
-// active.
+                      std::string_view text, std::int64_t now_unix_ns);  // the run must have ended
+// close_orphaned_runs closes runs without an end as `interrupted`. Only the sole writer may call
+// it, while no run is active.
 Result<std::vector<std::int64_t>> unfinished_runs(const Database& db);  // without an end
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::int64_t now_unix_ns);
 
-// `text` is "12", "last", or the beginning of a uuid. Errors: no such run, several, none of these.
+// `text` is "12", "last", or the beginning of a uuid. Errors: no such run, several such runs, or no
+// valid text.
 Result<std::int64_t> find_run(const Database& db, std::string_view text);
-// End of the last run that was recorded here and ended; nullopt: none has.
+// When the last run ended that was recorded here; nullopt: there is none.
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db);
 Result<std::vector<RunListing>> list_runs(const Database& db,
                                           const RunFilter& filter = {});  // newest first

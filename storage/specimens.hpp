@@ -16,13 +16,13 @@ struct StoredSpecimen {
   std::int64_t id = 0;
   std::string name;
   std::int64_t version = 0;
-  std::string sha256;  // of text, hex
+  std::string sha256;  // of `text`, in hex
   std::string text;  // the whole file
   std::int64_t added_unix_ns = 0;
 };
 
-// Stores `text` as the newest version of `name`. If the newest version already has this content,
-// its row is returned.
+// Stores `text` as the newest version of `name`, unless the newest version already has this
+// content. Returns that version.
 Result<StoredSpecimen> add_specimen(const Database& db, const std::string& name,
                                     const std::string& text, std::int64_t now_unix_ns);
 // The newest version, if the name is known.

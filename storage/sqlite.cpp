@@ -15,7 +15,7 @@ struct Advice {
   std::string_view text;
 };
 
-// Advice to the operator for a result code.
+// What an operator should do about a result code.
 Advice advice_for(int extended_code) {
   if (extended_code == SQLITE_IOERR_FSYNC) {
     return {Errc::io, "; the disk did not confirm what was written: check it, then `lcrig verify`"};
@@ -45,7 +45,7 @@ Error make_error(sqlite3* handle, std::string_view path, std::string_view doing)
   const Advice advice = advice_for(code);
   Error out(advice.code, {});
   out.database = path;
-  // Neither the statement nor SQLite's words tell more about a file like that.
+  // For these codes the statement and SQLite's words add nothing.
   if (const int kind = code & 0xff; kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT ||
                                     kind == SQLITE_BUSY || kind == SQLITE_LOCKED ||
                                     kind == SQLITE_FULL) {
@@ -53,14 +53,14 @@ Error make_error(sqlite3* handle, std::string_view path, std::string_view doing)
     return out;
   }
   const char* message = handle != nullptr ? sqlite3_errmsg(handle) : "out of memory";
-  constexpr std::size_t kShown = 60;  // of a statement; enough to recognise it
+  constexpr std::size_t kShown = 60;  // characters of a statement, enough to recognise it
   out.what =
       fmt::format("{}: {}: {} ({}){}", path, doing.substr(0, kShown), message, code, advice.text);
   return out;
 }
 
-// SQLite reads a name that begins with "file:" or ":" as an address, which may lead to another file
-// than the one that was looked at, or to none.
+// SQLite reads a name that begins with "file:" or ":" as an address. It may lead to another file
+// than the one that was checked, or to none.
 std::string plain_name(const std::string& path) {
   return path.starts_with("file:") || path.starts_with(':') ? "./" + path : path;
 }
@@ -87,7 +87,7 @@ void Database::Close::operator()(sqlite3* db) const {
   sqlite3_close_v2(db);
 }
 
-// A bind fails only for a wrong index, a statement in use or lack of memory, so it asserts.
+// A bind fails only for a wrong index, a statement in use or lack of memory, so it only asserts.
 void Statement::bind(int parameter, std::int64_t value) {
   [[maybe_unused]] const int rc = sqlite3_bind_int64(handle_.get(), parameter + 1, value);
   assert(rc == SQLITE_OK);
@@ -184,8 +184,8 @@ Result<Database> Database::open(const std::string& path, Mode mode, const std::s
   const bool write = mode == Mode::read_write_create;
   int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   if (mode == Mode::immutable) flags |= SQLITE_OPEN_URI;
-  // This VFS takes no locks, so that the connection may own the file by itself: SQLite then keeps
-  // the index of the log in memory.
+  // With a VFS that takes no locks SQLite lets the connection own the file, and so keeps the index
+  // of the log in memory.
   const std::string by = mode == Mode::private_index ? "unix-none" : vfs;
   const std::string name = mode == Mode::immutable ? immutable_uri(path) : plain_name(path);
   sqlite3* handle = nullptr;

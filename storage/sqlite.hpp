@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// RAII over the SQLite C API, for storage/, the recorder and analysis. A connection and its
+// RAII over the SQLite C API. Used by storage/, the recorder and analysis. A connection and its
 // statements belong to one thread at a time.
 #pragma once
 
@@ -35,10 +35,10 @@ class Statement {
   void bind_null(int parameter);
   void bind(int parameter, std::optional<std::int64_t> value);  // none: NULL
 
-  Result<bool> step();  // true: a row is there
+  Result<bool> step();  // true: there is a row
   Result<> run();  // runs to the end, then resets
   void reset();
-  // Calls `visit` with each row; where it returns a Result, an error ends it.
+  // Calls `visit` with each row. If `visit` returns a Result, an error ends the loop.
   template <class Visit>
   Result<> each(Visit visit) {
     for (;;) {
@@ -62,7 +62,7 @@ class Statement {
   // Valid until the next step, run or reset.
   std::string_view text(int column) const;
   std::span<const unsigned char> blob(int column) const;
-  // Columns into variables of their types, from the first on. An optional takes NULL.
+  // Reads the columns, from the first on, into variables of their types. An optional takes NULL.
   template <class... Values>
   void read(Values&... out) const {
     int column = 0;
@@ -98,16 +98,16 @@ class Statement {
 // A connection to one database file.
 class Database {
  public:
-  // The latter two create no file beside it, and nobody may write meanwhile: immutable reads the
-  // file alone, private_index also what is still in its log.
+  // immutable and private_index create no file beside the database, and require that nobody writes.
+  // immutable reads the file alone; private_index also what is still in its log.
   enum class Mode { read_write_create, read_only, immutable, private_index };
   Database() = default;
-  // `path` is as the user wrote it and appears in every message. Nothing is read yet. `vfs` names a
-  // registered VFS (storage/faulty_disk.hpp); empty means the operating system's.
+  // `path` is as the user wrote it and appears in every message. Opening reads nothing yet. `vfs`
+  // names a registered VFS (storage/faulty_disk.hpp); empty means the operating system's.
   static Result<Database> open(const std::string& path, Mode mode, const std::string& vfs = "");
 
   Result<Statement> prepare(std::string_view sql) const;
-  // Prepared, with these values for its parameters, in their order. They stay alive until it ran.
+  // A prepared statement with these values bound in order. They must stay alive until it has run.
   template <class... Values>
   Result<Statement> query(std::string_view sql, const Values&... values) const {
     auto statement = prepare(sql);
@@ -127,7 +127,7 @@ class Database {
     auto statement = query(sql, values...);
     return statement ? statement->each(std::move(visit)) : fail(statement.error());
   }
-  // All rows, or the first one if there is one, as `read` makes them of a Statement.
+  // All rows, or the first one if there is one, each converted by `read`.
   template <class Read, class... Values>
   auto rows(std::string_view sql, Read read, const Values&... values) const
       -> Result<std::vector<decltype(read(Statement()))>> {
@@ -147,7 +147,7 @@ class Database {
     if (*row) out.emplace(read(*statement));
     return out;
   }
-  // The first column alone; of `first` nullopt also for NULL.
+  // The first column alone. `first` returns nullopt also for NULL.
   template <class T, class... Values>
   Result<std::vector<T>> rows(std::string_view sql, const Values&... values) const {
     std::vector<T> out;
@@ -167,7 +167,7 @@ class Database {
     return found->value_or(std::nullopt);
   }
   Result<> execute(const std::string& sql) const;  // any number of statements; rows are ignored
-  // The first column of the first row; 0 for NULL. Errors: also bug, there is none.
+  // The first column of the first row; 0 for NULL. Errors: also bug, when there is no row.
   template <class... Values>
   Result<std::int64_t> integer(std::string_view sql, const Values&... values) const {
     auto found = first(sql, [](const Statement& row) { return row.integer(0); }, values...);
@@ -175,7 +175,7 @@ class Database {
     if (!*found) return fail(Errc::bug, "{}: no row from {}", path_, sql);
     return **found;
   }
-  // The same, asked as a question.
+  // The same as a truth value.
   template <class... Values>
   Result<bool> holds(std::string_view sql, const Values&... values) const {
     auto value = integer(sql, values...);
@@ -188,12 +188,12 @@ class Database {
   const std::string& vfs() const { return vfs_; }
   // Extended result code of the last call that failed (SQLITE_FULL, SQLITE_IOERR_FSYNC, ...).
   int error_code() const;
-  // The files beside the database stay when the last connection closes: who may read but not write
-  // needs them.
+  // Keeps the files beside the database when the last connection closes, for users who may read but
+  // not write.
   void keep_companions() const;
   // True when the connection cannot be trusted after the last failed call and must be reopened.
   bool needs_reopening() const;
-  // Its name leads to another file than the one that is open, or to none.
+  // True when the file's name leads to another file now, or to none.
   bool has_moved() const;
   // The last failed call as an Error that says what happened to which file and what to do.
   Error error(std::string_view doing) const;
@@ -207,7 +207,7 @@ class Database {
 };
 
 // BEGIN IMMEDIATE ... COMMIT. The destructor rolls back what was not committed. The connection must
-// not be moved meanwhile.
+// not be moved while the transaction lives.
 class Transaction {
  public:
   static Result<Transaction> begin(const Database& db);

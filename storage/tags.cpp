@@ -10,7 +10,8 @@ namespace lcrig {
 
 namespace {
 
-// White space of Unicode beyond ASCII, and what has no width: two tags would look the same.
+// Unicode white space beyond ASCII, and characters without width. With them two tags could look the
+// same.
 bool is_wide_or_hidden_blank(char32_t c) {
   const bool space = c == 0xA0 || c == 0x1680 || c == 0x202F || c == 0x205F || c == 0x3000;
   return space || (c >= 0x2000 && c <= 0x200D) || c == 0x2060 || c == 0xFEFF;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words that people put on runs to find them again, and take off again. They are not part of what
-// was recorded: the hash chain does not cover them.
+// Tags: words that people put on runs to find them again, and may remove. They are not part of the
+// record, so the hash chain does not cover them. Used by the daemon and the command line.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace lcrig {
 
 constexpr std::size_t kTagMax = 60;  // bytes
 
-// A tag is a word: no blank, no comma, nothing that steers a terminal, and no dash in front.
+// A tag is one word without blanks, commas, steering characters or a leading dash.
 Result<> check_tag(std::string_view tag);
 
 struct TagChange {
@@ -24,13 +24,14 @@ struct TagChange {
   std::vector<std::string> tags;
   bool remove = false;
 };
-// All of it or nothing; what is so already stays so. Also of a run that goes on. Returns the tags
-// that the run has then. Errors: invalid_request (no such run, no tag of it to remove, no word).
+// Makes all changes or none; a tag that is there already is no error. The run may still be going
+// on. Returns its tags afterwards. Errors: invalid_request (no such run, a tag to remove that it
+// lacks, not a valid tag).
 Result<std::vector<std::string>> change_tags(const Database& db, const TagChange& change,
                                              std::string_view operator_name,
                                              std::int64_t now_unix_ns);
 
-// In the order of the alphabet; none of a schema without tags.
+// In alphabetical order; empty for a schema without tags.
 Result<std::vector<std::string>> get_tags_of(const Database& db, std::int64_t run);
 Result<std::map<std::int64_t, std::vector<std::string>>> get_tags(const Database& db);
 

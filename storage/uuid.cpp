@@ -16,7 +16,7 @@ bool is_dash_at(std::size_t i) {
   return i == 8 || i == 13 || i == 18 || i == 23;
 }
 
-// 30 hex digits; version and variant take the places of the other two.
+// Takes 30 hex digits; version and variant are the other two.
 std::string uuid_of(std::string_view hex, char version) {
   std::string out;
   out.reserve(kLength);
@@ -37,7 +37,7 @@ std::string uuid_of(std::string_view hex, char version) {
 }  // namespace
 
 std::string random_uuid() {
-  std::random_device random;  // the kernel's
+  std::random_device random;  // the kernel's source
   std::array<unsigned char, 16> bytes{};
   for (unsigned char& byte : bytes) byte = static_cast<unsigned char>(random());
   return uuid_of(to_hex(bytes), '4');

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The name of a run that stays when the run is copied into another database (RFC 9562). Rows of
-// runs and their chain use it.
+// The uuid of a run (RFC 9562), which it keeps when it is copied into another database. Used by the
+// rows of runs and their chain.
 #pragma once
 
 #include <string>
@@ -12,13 +12,13 @@ namespace lcrig {
 
 std::string random_uuid();  // version 4
 
-// The uuid (version 8) of a run that was recorded before runs had such names, from the first link
-// of its chain. Migration 8 makes the same in SQL.
+// The uuid (version 8) of a run recorded before runs had uuids, derived from the first link of its
+// chain. Migration 8 computes the same in SQL.
 std::string uuid_of_link(const Sha256& first_link);
 bool is_of_link(std::string_view uuid);
 
-// Enough of one to be meant: at least four of its characters from the left, and not only digits,
-// which are the number of a run.
+// Whether `text` can stand for a uuid: at least its first four characters, and not only digits,
+// because a number means a run.
 bool is_beginning_of_uuid(std::string_view text);
 
 }  // namespace lcrig

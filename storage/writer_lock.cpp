@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::int64_t kNoRun = 0;
 
-// All bytes of the file, by the open file (F_OFD_*): unlike a lock of flock() it can be asked for
-// without being taken.
+// Locks the whole file by its open file description (F_OFD_*). Unlike a flock() lock, this one can
+// be queried without being taken.
 struct flock lock_of(short type) {
   struct flock lock{};  // l_pid must be 0
   lock.l_type = type;
@@ -39,7 +39,7 @@ struct Sign {
   std::int64_t run = kNoRun;
 };
 
-// One size, so that one write replaces all of it.
+// Always of the same length, so that one write replaces all of it.
 std::string text_of(std::int64_t run) {
   return fmt::format("{:<10}\nrun {:<19}\n", ::getpid(), run);
 }
@@ -54,12 +54,12 @@ Sign read_text(int fd) {
   return sign;
 }
 
-// nullopt: nobody writes.
+// nullopt: no process writes the database.
 Result<std::optional<Sign>> read_sign(const std::string& database_path) {
   const std::string file = beside_database(database_path, ".lock");
   const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0 && errno == ENOENT) return std::nullopt;
-  struct flock lock = lock_of(F_RDLCK);  // which only an exclusive one refuses
+  struct flock lock = lock_of(F_RDLCK);  // conflicts with an exclusive lock only
   const bool asked = fd >= 0 && ::fcntl(fd, F_OFD_GETLK, &lock) == 0;
   const int error = errno;
   std::optional<Sign> sign;
@@ -73,7 +73,7 @@ Result<std::optional<Sign>> read_sign(const std::string& database_path) {
 }
 
 Result<int> open_own(const std::string& file) {
-  // Through a link it would lock another file.
+  // Following a link would lock another file.
   const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
   if (fd < 0 && errno == ELOOP) {
     return fail(Errc::io, "{}: is a link, where the lock of the database has to be: remove it",
@@ -120,7 +120,7 @@ Result<WriterLock> WriterLock::acquire(const std::string& database_path) {
     }
     return held_by_other(database_path);
   }
-  const auto written = has_writer(database_path);  // by an lcrig that has the sign alone
+  const auto written = has_writer(database_path);  // an older lcrig takes only the lock of the sign
   if (written && *written) return held_by_other(database_path);
   if (auto r = lock.put_up_sign(beside_database(database_path, ".lock")); !r) {
     return fail(r.error());
@@ -134,7 +134,8 @@ Result<> WriterLock::put_up_sign(const std::string& file) {
     return fail(Errc::io, "{}; check that its folder is there and writable", sign.error().what);
   }
   sign_file_ = file;
-  sign_ = ::fcntl(sign->fd(), F_DUPFD_CLOEXEC, 0);  // the same open file, so the same lock
+  sign_ = ::fcntl(sign->fd(), F_DUPFD_CLOEXEC, 0);  // the same open file description, so the same
+                                                    // lock
   if (sign_ < 0 || !take(sign_)) return fail(Errc::io, "{}: {}", file, std::strerror(errno));
   if (auto r = write_sign(kNoRun); !r) return r;
   if (auto r = sign->replace(); !r) {
@@ -172,7 +173,7 @@ Result<> WriterLock::begin_run(std::int64_t run) {
               run);
 }
 
-// Should it fail, the sign names a run that has ended: nobody asks for that.
+// A failure does no harm: the sign then names a run that has ended, and nobody asks for that one.
 void WriterLock::end_run() {
   static_cast<void>(write_sign(kNoRun));
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells who writes a database, and which run is being recorded in it. The writer holds two locks,
-// which the kernel releases when it ends, however it ends.
-//   FILE.writer: who holds it is the only writer. Nobody but the owner of the file can open it, so
-//     no reader of the database can keep a writer from it.
-//   FILE.lock: the sign for readers. It is made anew by each writer and locked before it gets its
-//     name, so no reader can hold a lock on it. It holds the writer's process id and the run that
-//     goes on.
+// Tells who writes a database, and which run is being recorded in it. Used by the daemon and by
+// every program that lists or checks runs. The writer holds two locks. The kernel releases them
+// when the writer ends, however it ends.
+//   FILE.writer: its holder is the only writer. Only the owner of the file can open it, so no
+//   reader
+//     of the database can keep a writer from it.
+//   FILE.lock: the sign for readers. Each writer makes it anew and locks it before it gets its
+//   name,
+//     so no reader can hold a lock on it. It holds the writer's process id and the current run.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +18,22 @@
 
 namespace lcrig {
 
-// FILE`suffix`, beside the file itself when `database_path` is a link to it: there SQLite keeps its
-// own companions.
+// FILE`suffix`, beside the file itself when `database_path` is a link to it, because SQLite keeps
+// its own companions there.
 std::string beside_database(const std::string& database_path, const char* suffix);
 
-// The only writer of runs. Both files stay.
+// The lock of the only writer of runs. Both files stay.
 class WriterLock {
  public:
-  // busy: another process (or another lock of this one) holds it; the message says who.
+  // busy: another process (or another lock of this process) holds it; the message says who.
   static Result<WriterLock> acquire(const std::string& database_path);
   WriterLock(WriterLock&& other) noexcept;
   WriterLock& operator=(WriterLock&& other) noexcept;
   ~WriterLock();
 
-  // Marks `run` as being recorded. To be called before its row can be seen.
+  // Marks `run` as being recorded. Call it before others can see its row.
   Result<> begin_run(std::int64_t run);
-  void end_run();  // no run is being recorded; to be called after its end can be seen
+  void end_run();  // no run is being recorded; call it after others can see its end
 
  private:
   explicit WriterLock(int fd) : fd_(fd) {}
@@ -41,8 +43,9 @@ class WriterLock {
   std::string sign_file_;
 };
 
-// Look at the sign of others; they create nothing and keep nobody waiting. Only an exclusive lock
-// counts, which a reader of the database cannot take. Errors: the sign is there but cannot be read.
+// Read the sign of a writer. They create nothing and keep nobody waiting. Only an exclusive lock
+// counts, because a reader of the database cannot take one. Errors: the sign exists but cannot be
+// read.
 Result<bool> has_writer(const std::string& database_path);
 Result<bool> is_being_recorded(const std::string& database_path, std::int64_t run);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The people at the control socket: their names, and a row in the run for what they asked of it.
-// The parts of App that serve requests use it.
+// The users at the control socket: finds their names, and records their requests in the run. Used
+// by the parts of App that serve requests.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ class Callers {
   Task<std::string> name_of(const PeerCredentials& peer) {
     return server_.user_name(peer, std::chrono::seconds(2));
   }
-  // A stop is not held up by a name: waits only as long as one takes that stands in a file.
+  // A stop must not wait long for a name: this time is enough for one in the password file.
   Task<std::string> name_for_stop(const PeerCredentials& peer) {
     return server_.user_name(peer, std::chrono::milliseconds(20));
   }

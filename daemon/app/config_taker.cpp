@@ -15,7 +15,7 @@ namespace lcrig {
 
 namespace {
 
-// An entry of the log for each line: a journal has no others.
+// One log entry for each line, because a journal has no entries of several lines.
 void log_lines(std::string_view text) {
   while (!text.empty()) {
     const auto line = text.substr(0, text.find('\n'));
@@ -26,12 +26,12 @@ void log_lines(std::string_view text) {
 
 }  // namespace
 
-// Beside the loop: a disk that takes its time holds up no run.
+// Reads the file aside, so that a slow disk does not delay a run.
 Task<> ConfigTaker::reload() {
   if (!parts_.load || parts_.use.is_ending()) co_return;
   parts_.notifier.reloading(clock_.now());
   auto wanted = co_await run_aside(executor_, clock_, parts_.load);
-  // A daemon that ends meanwhile has said so, and is not ready again.
+  // A daemon that is ending by now has told systemd so, and is not ready again.
   if (parts_.use.is_ending()) co_return;
   if (wanted) {
     take(std::move(*wanted));
@@ -65,7 +65,7 @@ void ConfigTaker::take_when_idle() {
 void ConfigTaker::changed() {
   set_log_level(parts_.config.log_level);
   if (parts_.use.is_idle()) {
-    parts_.plans.forget_rigs();  // the fixture may be another one
+    parts_.plans.forget_rigs();  // the fixture may have changed
     parts_.rig.config_changed();
   }
   parts_.use.tell();

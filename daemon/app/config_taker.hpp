@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the config file again while the daemon runs (SIGHUP), and takes from it what can be taken
-// now. App owns it.
+// Reads the config file again while the daemon runs (SIGHUP), and applies the changes that can be
+// applied now. Owned by App.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -16,9 +16,9 @@ namespace lcrig {
 
 class ConfigTaker {
  public:
-  // Reads and checks the file; on a thread of its own. Empty: there is none.
+  // Reads and checks the file on a thread of its own. Empty: there is no file.
   using Load = std::function<Result<Config>()>;
-  // What App shares with it; all outlive it. Only this changes `config`.
+  // References to App's members; all must outlive it. Only ConfigTaker changes `config`.
   struct Parts {
     Config& config;
     Load load;
@@ -33,9 +33,9 @@ class ConfigTaker {
         parts_(std::move(parts)),
         reload_(parts_.config) {}
 
-  // A bad file changes nothing, and a run notices nothing. One call after the other.
+  // A file with mistakes changes nothing, and a run is not disturbed. Calls must not overlap.
   Task<> reload();
-  // The rig is idle: takes what waited for that.
+  // The rig is idle: applies the changes that waited for that.
   void take_when_idle();
   ConfigView view() const { return reload_.view(); }
 

@@ -23,7 +23,7 @@ tl::unexpected<Error> is_storing() {
   return fail(Errc::busy, "another note or specimen is being stored: try again");
 }
 
-// Changes the database. Not on the thread of the instruments.
+// Changes the database. Not to be called on the thread of the instruments.
 template <class Change>
 auto write_to(const std::string& database, Change change)
     -> std::invoke_result_t<Change&, const Database&> {

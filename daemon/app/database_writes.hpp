@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds to the database what comes from people and not from a run: notes, tags, specimens. Beside
-// the loop of the instruments, because another program may hold the database for seconds. App owns
-// it; the control socket and the parts of App that have something to note use it.
+// Stores what comes from people instead of a run: notes, tags, specimens. It works aside, because
+// another program may lock the database for seconds. Owned by App; used by the control socket and
+// by parts of App that write notes.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -20,12 +20,12 @@ class DatabaseWrites final : public StoreHandler {
                  Callers& callers)
       : executor_(std::move(executor)), clock_(clock), database_(database), callers_(callers) {}
 
-  // One of these after the other.
+  // Only one of these works at a time.
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
 
-  // A note of the daemon's own to each of these runs. One that cannot be stored is only logged.
+  // Adds a note of the daemon itself to each of these runs. If that fails, it is only logged.
   Task<> note(std::vector<std::int64_t> runs, std::string text);
 
  private:

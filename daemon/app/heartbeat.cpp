@@ -13,8 +13,8 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr Duration kStatusInterval = 100ms;
-// Longer than any honest wait: the runner wakes four times a second, but closes a run with bounded
-// waits (STOP 2 s, a last conversion 5 s, a frame that vanished 5 s); a commit waits 5 s for a
+// Longer than any legitimate wait. The runner wakes four times a second, but closing a run may wait
+// for STOP (2 s), a last conversion (5 s) and a frame that vanished (5 s); a commit waits 5 s for a
 // lock.
 constexpr Duration kRunnerPatience = 20s;
 constexpr Duration kSamplerPatience = 1s;  // beyond the longest exchange
@@ -36,7 +36,7 @@ Heartbeat::Heartbeat(Clock& clock, const Parts& parts) : clock_(clock), parts_(p
   liveness_.watch("the recorder", kRecorderPatience, [this] { return parts_.recorder->beats(); });
 }
 
-// A part that hangs is told once; the run is stopped while it still can be.
+// Reports a part that hangs once, and stops the run while that is still possible.
 bool Heartbeat::is_working() {
   auto stuck = liveness_.check(clock_.now());
   const bool is_news = stuck.empty() != stuck_.empty();
@@ -54,8 +54,8 @@ bool Heartbeat::is_working() {
   return false;
 }
 
-// Updates the line that `systemctl status` shows. That a part is stuck is more than what the run
-// does. A stop may take as long as `finally` does, while all parts move.
+// Updates the line that `systemctl status` shows. A stuck part is more important than the state of
+// the run. While all parts move, a stop may take as long as `finally` takes.
 void Heartbeat::tell_service(bool working) const {
   if (!working) return parts_.notifier.status("stuck: " + stuck_.front());
   parts_.news.service_status();
@@ -85,7 +85,7 @@ Task<> Heartbeat::run() {
   }
 }
 
-// At most one in ten seconds: a machine that swaps is late all the time.
+// Reports at most one lag in ten seconds, because a machine that swaps is late all the time.
 void Heartbeat::tell_lag(Duration late) {
   const MonoTime now = clock_.now();
   if (now - lag_told_ < 10s && lag_told_ != MonoTime()) return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows ten times a second that the daemon works. Watchers get the status, and the service manager
-// too. systemd's watchdog is fed only while runner, sampler and recorder move. It runs on the
-// thread that does the work, so that a stuck thread is seen. App owns it.
+// Reports ten times a second that the daemon works, to watchers and to the service manager. Feeds
+// systemd's watchdog only while runner, sampler and recorder move. It runs on the thread that does
+// the work, so it notices when that thread is stuck. Owned by App.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ namespace lcrig {
 
 class Heartbeat {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     const std::unique_ptr<Recorder>& recorder;
     const InstrumentFactory& rig;
@@ -28,7 +28,7 @@ class Heartbeat {
   Heartbeat(Clock& clock, const Parts& parts);
 
   Task<> run();  // until the daemon ends and no session is left
-  // Of the event loop, since the daemon began.
+  // Of the event loop, since the daemon started.
   Duration worst_lateness() const { return lag_.worst(); }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of people about the corrections of the meter, which need the rig for themselves. App
-// owns it; the control socket calls it.
+// People's requests about the corrections of the meter, which need the rig for themselves. Owned by
+// App; called by the control socket.
 #pragma once
 
 #include "daemon/app/callers.hpp"
@@ -14,7 +14,7 @@ namespace lcrig {
 
 class MeterRequests final : public MeterHandler {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     RigUse& use;
     Callers& callers;
@@ -26,7 +26,7 @@ class MeterRequests final : public MeterHandler {
 
   Task<Result<MeterCorrections>> correct(CorrectionKind kind, PeerCredentials peer) override;
   Task<Result<MeterCorrections>> look() override;
-  // The daemon ends.
+  // Call when the daemon ends.
   void give_up() { corrector_.give_up(); }
 
  private:

@@ -15,7 +15,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// The collector runs as another user, and the service's umask lets only its group read.
+// Makes the file readable for everybody: the collector runs as another user, and the service's
+// umask would allow only its group.
 Result<> write_for_collector(const std::string& file, std::string_view text) {
   auto part = PartFile::create(file);
   if (!part) return fail(part.error());
@@ -24,7 +25,7 @@ Result<> write_for_collector(const std::string& file, std::string_view text) {
   return part->replace();
 }
 
-// A collector would go on serving an old file for ever.
+// Removes an old file, because a collector would serve it for ever.
 void remove_old(const std::string& file) {
   std::error_code unknown;
   if (!file.empty()) std::filesystem::remove(file, unknown);
@@ -48,8 +49,8 @@ Task<Result<std::string>> MetricsKeeper::text() {
   co_return to_text(out);
 }
 
-// A file that cannot be written is told once, until it could be. It goes when the daemon ends, and
-// when the configuration names another one or none.
+// Reports a file that cannot be written once, until writing works again. Removes the file when the
+// daemon ends, and when the configuration names another file or none.
 Task<> MetricsKeeper::write() {
   const std::string& wanted = parts_.config.metrics_file;
   bool told = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's health for who asks, and as a file for node-exporter. App owns it.
+// The daemon's health figures, on request and as a file for node-exporter. Owned by App.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -16,7 +16,7 @@ namespace lcrig {
 
 class MetricsKeeper {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     const Config& config;
     const std::unique_ptr<Recorder>& recorder;
@@ -29,15 +29,15 @@ class MetricsKeeper {
 
   void count(const RunEvent& event) { ++events_[std::string(to_string(event.kind.kind()))]; }
   Task<Result<std::string>> text();
-  Task<> write();  // the file, until the daemon ends
+  Task<> write();  // writes the file until the daemon ends
 
  private:
   asio::any_io_executor executor_;
   Clock& clock_;
   Parts parts_;
-  std::map<std::string, std::uint64_t> events_;  // by kind, of all runs
+  std::map<std::string, std::uint64_t> events_;  // counts by kind, over all runs
   Condition free_;
-  bool measuring_ = false;  // beside the loop, one after the other
+  bool measuring_ = false;  // aside; only one measurement at a time
 };
 
 }  // namespace lcrig

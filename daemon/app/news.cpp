@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-// Events of a run that the journal shows beside its begin, its end, and instruments that were lost
+// Events that the journal shows, besides the start and end of a run, and lost instruments
 // (protocols/run/losses.cpp).
 bool is_for_journal(EventKind kind) {
   return kind == EventKind::limit || kind == EventKind::stop_failed || kind == EventKind::loaded;

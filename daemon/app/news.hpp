@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells what happens in a run: the watchers at the control socket, the journal, the line of the
-// service manager, and the parts of App that count events. The parts of App that know something new
-// call it.
+// Reports the events of a run: to the watchers at the control socket, the journal, the line of the
+// service manager, and the parts of App that count events. Called by the parts of App that have
+// news.
 #pragma once
 
 #include <functional>
@@ -18,14 +18,14 @@ class News {
  public:
   News(ControlServer& server, const ServiceNotifier& notifier, const RigUse& use)
       : server_(server), notifier_(notifier), use_(use) {}
-  // Of every run.
+  // `watcher` gets the events of every run.
   void on_event(std::function<void(const RunEvent&)> watcher) {
     watchers_.push_back(std::move(watcher));
   }
 
   void run_begins(std::int64_t run) const;
-  void status() const;  // of the run that goes on, to those who watch
-  void service_status() const;  // the same, to `systemctl status`
+  void status() const;  // status of the current run, to the watchers
+  void service_status() const;  // the same, for `systemctl status`
   void event(const RunEvent& event) const;
   void run_ended(const RunOutcome& ended) const;
   void queue_changed(const QueueStatus& status) const;

@@ -15,8 +15,9 @@ namespace lcrig {
 
 namespace {
 
-// Leads that lie otherwise than in the last run change the strays by about this much; a file knows
-// neither strays nor fringe, and its permittivity is a data sheet's.
+// Leads in another position than in the last run change the stray capacitance by about this much. A
+// specimen file contains neither strays nor fringe field, and its permittivity is from a data
+// sheet.
 constexpr double kOwnPart = 0.03, kOwnStray_F = 0.1e-12;
 constexpr double kFilePart = 0.30, kFileStray_F = 1e-12;
 
@@ -28,9 +29,8 @@ ExpectedAtRest expected(double c0_F, double part, double stray_F, std::string so
   return out;
 }
 
-// The capacitance that a specimen should show before anything presses it: from its last run at this
-// frequency that ended well, else from its file. nullopt: neither says anything. Errors: an
-// unreadable database.
+// The capacitance that a specimen should show at rest: from its last successful run at this
+// frequency, else from its file. nullopt: neither gives it. Errors: an unreadable database.
 Result<std::optional<ExpectedAtRest>> expected_at_rest(const Database& db, const PreparedRun& run) {
   const double frequency_Hz = run.protocol.sample.lcr.frequency.si();
   auto last = last_c0(db, run.request.specimen_name, frequency_Hz);
@@ -45,7 +45,7 @@ Result<std::optional<ExpectedAtRest>> expected_at_rest(const Database& db, const
 
 }  // namespace
 
-// Nothing starts by itself after a crash, or after any other end of the daemon.
+// The queue never starts by itself after the daemon ended, whether by a crash or not.
 Result<> QueueTurns::open() {
   auto db = open_read_write(parts_.database, parts_.vfs);
   if (!db) return fail(db.error());
@@ -69,11 +69,11 @@ Task<Result<>> QueueTurns::claim_for_person(RigUse::State state, std::string if_
   if (goes()) co_return fail(Errc::busy, "{}", if_it_goes);
   auto claimed = co_await parts_.use.claim(state);
   if (!claimed || !goes()) co_return claimed;
-  parts_.use.give_back();  // it was started while the claim waited
+  parts_.use.give_back();  // the queue was started while the claim waited
   co_return fail(Errc::busy, "{}", if_it_goes);
 }
 
-// While a run goes on nothing is asked of the instruments: the rig is as it was seen last.
+// Does not ask the instruments during a run: the plan then uses the rig as last seen.
 Task<Result<Plan>> QueueTurns::plan_on_rig(const RunRequest& run, const PreparedRun& prepared,
                                            PlanOn on) {
   const auto& seen = parts_.plans.last_rig(prepared.places_weights);
@@ -97,7 +97,7 @@ Task<Result<EntryPlan>> QueueTurns::plan_entry(RunRequest& run, PlanOn on) {
   };
   auto prepared = co_await run_aside(executor_, clock_, read);
   if (!prepared) co_return fail(prepared.error());
-  run.protocol_name = prepared->protocol.name;  // clients send the name of its file
+  run.protocol_name = prepared->protocol.name;  // clients send the file's name instead
   if (auto known = parts_.plans.find(run)) co_return *known;
   const bool moves = commands_frame(prepared->protocol);
   EntryPlan out;
@@ -118,7 +118,7 @@ Task<Result<PreparedRun>> QueueTurns::prepare(TurnOfQueue turn) {
   const auto read = [this, &turn]() -> Result<PreparedRun> {
     auto db = open_read_only(parts_.database);
     if (!db) return fail(db.error());
-    // The specimen of an interrupted run may still be pressed.
+    // no comparison: the specimen of an interrupted run may be loaded
     if (turn.resumes_run) return prepare_continuation(*db, *turn.resumes_run);
     auto prepared = prepare_run(std::move(turn.run));
     if (!prepared || !turn.compares) return prepared;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queue needs of the daemon: plans on its rig, and runs whose turn it is. App owns it;
-// QueueRunner, which it owns, calls it.
+// What the queue needs from the daemon: plans on its rig, and the execution of runs. Owned by App;
+// called by QueueRunner, which it owns.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -18,7 +18,7 @@ namespace lcrig {
 
 class QueueTurns final : public QueueHost {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     const std::string& database;
     const std::string& vfs;
@@ -31,21 +31,24 @@ class QueueTurns final : public QueueHost {
   QueueTurns(asio::any_io_executor executor, Clock& clock, const Parts& parts)
       : executor_(std::move(executor)), clock_(clock), parts_(parts) {}
 
-  // The database is open. Until then there is no queue, and a rehearsal of one run has none.
+  // Call when the database is open. Before that there is no queue; a rehearsal of a single run
+  // never has one.
   Result<> open();
   QueueRunner* runner() const { return runner_.get(); }
-  Task<> run();  // until the runner ended
+  Task<> run();  // until the runner has ended
   bool goes() const { return runner_ && runner_->goes(); }
   bool over() const { return !runner_ || runner_->over(); }
-  // Claims the rig for a person. A queue that goes leaves it to nobody: busy, with `if_it_goes`.
+  // Claims the rig for a person. Errors: busy, with `if_it_goes`, because a queue that goes lets
+  // nobody else use the rig.
   Task<Result<>> claim_for_person(RigUse::State state, std::string if_it_goes);
-  // The use of the rig is another one.
+  // Call when the use of the rig has changed.
   void wake() {
     if (goes()) runner_->wake();
   }
-  // An event of a run, whoever asked for it.
+  // Takes an event of any run, whoever asked for it.
   void note(const RunEvent& event) { hazards_.take(hazard_of(event.kind)); }
-  // Guard of RunStarter: a turn commands no other instruments than the turns before it.
+  // Checked by RunStarter before a run begins: refuses to command other instruments than those of
+  // the queue's earlier runs.
   Result<> may_begin(const Session& session);
 
   bool is_running() const override { return parts_.use.is_for_run(); }
@@ -67,7 +70,7 @@ class QueueTurns final : public QueueHost {
   Parts parts_;
   std::unique_ptr<QueueRunner> runner_;
   KnownIdentities identities_;
-  HazardWatch hazards_;  // of the run that goes on
+  HazardWatch hazards_;  // of the current run
 };
 
 }  // namespace lcrig

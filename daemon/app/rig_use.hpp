@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who uses the instruments at present, and the session that has them. One use at a time: who wants
-// them claims them. The parts of App that wait for a change of this wait here.
+// Tells who uses the instruments, and keeps the session that uses them. Only one user at a time:
+// each has to claim them. Parts of App wait here for a change of use.
 #pragma once
 
 #include <functional>
@@ -16,25 +16,26 @@ namespace lcrig {
 
 class RigUse {
  public:
-  // Only an idle daemon begins something new.
+  // A new use begins only from `idle`.
   enum class State {
     idle,
-    asking,  // who they are, or what a plan needs to know
-    correcting,  // the meter
-    starting,  // a run is prepared: until its row exists, nothing moves
-    running,  // until its row and the ports are closed
+    asking,  // the daemon asks their identity, or what a plan needs
+    correcting,  // the meter is being corrected
+    starting,  // a run is being prepared; nothing moves until its row exists
+    running,  // until the row of the run and the ports are closed
   };
   // Calls to the owner; each may be empty.
   struct Listener {
-    std::function<void()> idle;  // before those that wait for it learn of it
-    std::function<void()> entered;  // a state; after they learned of it
+    std::function<void()> idle;  // the rig became idle; called before the waiting parts continue
+    std::function<void()> entered;  // the state changed; called after the waiting parts were
+                                    // notified
   };
 
   explicit RigUse(Clock& clock) : clock_(clock), changed_(clock) {}
   void set_listener(Listener listener) { listener_ = std::move(listener); }
 
-  // Waits until it is known whether the instruments are free. Who claimed them gives them back, or
-  // enters `running`. Errors: busy.
+  // Claims the instruments once it is known whether they are free. The caller must give them back,
+  // or enter `running`. Errors: busy.
   Task<Result<>> claim(State state);
   void enter(State state);
   void give_back();
@@ -43,22 +44,23 @@ class RigUse {
   bool is_idle() const { return state_ == State::idle; }
   bool is_for_run() const { return state_ == State::starting || state_ == State::running; }
 
-  // The session of the one that claimed them.
+  // Takes the session of the part that claimed the instruments.
   void take(std::unique_ptr<Session> session);
-  Session* session() const { return session_.get(); }  // nullptr: none was made yet
+  Session* session() const { return session_.get(); }  // nullptr: there is none yet
   Run* live_run() const { return session_ ? session_->run() : nullptr; }
-  Result<Run*> running() const;  // Errors: invalid_request, no run is going on.
-  // The session is over and gone: gives the instruments back.
+  Result<Run*> running() const;  // Errors: invalid_request when there is no run.
+  // Destroys the finished session and gives the instruments back.
   void end_run(RunOutcome outcome);
   const std::optional<RunOutcome>& last_run() const { return last_run_; }
 
-  // The run that is being prepared does not begin.
+  // Prevents the run that is being prepared.
   void stop_start(InterruptRequest why) { stop_of_start_ = std::move(why); }
   const std::optional<InterruptRequest>& stop_of_start() const { return stop_of_start_; }
-  // Errors: aborted; a preparation does not go on, because somebody stopped it or the daemon ends.
+  // Errors: aborted when a preparation must not continue, because somebody stopped it or the daemon
+  // ends.
   Result<> may_go_on() const;
 
-  // The daemon ends: nothing new begins.
+  // Call when the daemon ends: nothing new begins.
   void end();
   bool is_ending() const { return ending_; }
 
@@ -67,7 +69,7 @@ class RigUse {
   Task<bool> wait(Holds holds, MonoTime deadline = MonoTime::max()) {
     return changed_.wait(std::move(holds), deadline);
   }
-  // Something else changed that a part may wait for here.
+  // Call after any other change that a part may wait for here.
   void tell() { changed_.notify_all(); }
 
  private:

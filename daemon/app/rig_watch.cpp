@@ -26,10 +26,10 @@ namespace {
 
 std::string stored_anchor(const Database& db, std::int64_t run) {
   const auto anchor = get_anchor(db, run);
-  return anchor && *anchor ? to_string(**anchor) : std::string();  // empty: there is none
+  return anchor && *anchor ? to_string(**anchor) : std::string();  // empty: no anchor
 }
 
-// Its end was deleted.
+// Whether the run had ended before and its end was deleted.
 bool had_ended(const Database& db, std::int64_t orphan) {
   const auto earlier = get_earlier_anchor(db, orphan);
   return earlier && *earlier;
@@ -38,7 +38,8 @@ bool had_ended(const Database& db, std::int64_t orphan) {
 bool look(const std::string& database) {
   std::error_code unknown;
   if (!std::filesystem::exists(database, unknown) && !unknown) {
-    return !require_safe_to_create(database);  // it was moved away, or its disk is not there
+    return !require_safe_to_create(database);  // the database was moved away, or its disk is
+                                               // missing
   }
   const auto db = open_read_only(database);
   if (!db) return true;
@@ -59,7 +60,7 @@ bool commanded_frame(const Database& db, std::int64_t run) {
   return !protocol || commands_frame(*protocol);
 }
 
-// A disk that does not answer keeps the thread, and the thread keeps what it uses.
+// A disk that does not answer blocks the thread. The thread then keeps its data alive.
 bool may_have_left_motion(const std::string& database, Duration patience) {
   const auto told = std::make_shared<std::promise<bool>>();
   auto answer = told->get_future();
@@ -68,7 +69,7 @@ bool may_have_left_motion(const std::string& database, Duration patience) {
 }
 
 bool RigWatch::may_be_left() const {
-  constexpr Duration kPatience = 1s;  // of a disk
+  constexpr Duration kPatience = 1s;  // for the disk
   return parts_.rig.is_real() && may_have_left_motion(parts_.database, kPatience);
 }
 
@@ -104,7 +105,7 @@ Task<bool> RigWatch::make_safe() {
 Task<> RigWatch::ask() {
   const auto is_free = [this] { return parts_.use.is_idle() || parts_.use.is_ending(); };
   bool ready = false;
-  // Also when somebody else found it not ready any more.
+  // True also when somebody else found the meter not ready any more.
   const auto is_due = [this, &ready] {
     return parts_.use.is_ending() || !parts_.known.is_known(Instrument::lcr) ||
            (ready && !parts_.known.is_ready(Instrument::lcr));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks after real instruments while no run uses them. It stops a frame that a daemon which died
-// may have left moving: before the database is opened, and again until the frame confirms that it
-// stands. It asks the meter again and again who it is, and watches the nodes of the ports. App owns
-// it.
+// Looks after real instruments while no run uses them. It stops a frame that a crashed daemon may
+// have left moving: before the database is opened, and again until the frame confirms standstill.
+// It also asks the meter's identity again and again, and watches the device nodes of the ports.
+// Owned by App.
 #pragma once
 
 #include <memory>
@@ -15,18 +15,18 @@
 
 namespace lcrig {
 
-// False when the protocol of the run commands no frame. What cannot be read counts as one that
-// does.
+// False when the protocol of the run does not command the frame. A protocol that cannot be read
+// counts as commanding it.
 bool commanded_frame(const Database& db, std::int64_t run);
 
-// False when it is known that nothing was left: there was no database, or every run without an end
-// commanded no frame or is being recorded by another process. True also when nobody can tell within
-// `patience`.
+// False when certainly nothing was left moving: there is no database, or every run without an end
+// commanded no frame or is being recorded by another process. True also when this cannot be found
+// out within `patience`.
 bool may_have_left_motion(const std::string& database, Duration patience);
 
 class RigWatch {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     const std::string& database;
     InstrumentFactory& rig;
@@ -37,32 +37,32 @@ class RigWatch {
   };
   RigWatch(Clock& clock, const Parts& parts) : clock_(clock), parts_(parts) {}
 
-  // Both are for the time before the database is open: to open it may mean to wait for a disk or
-  // for another program. True: the frame is real, and a run without an end may have left it moving,
-  // or the database did not tell within a second.
+  // Both are for the time before the database is open, because opening it may have to wait for a
+  // disk or another program. True: the frame is real, and a run without an end may have left it
+  // moving, or the database did not answer within a second.
   bool may_be_left() const;
   Task<> stop_first();
 
-  // The database is open: logs the runs that were found without an end. After one that commanded
-  // the frame, the frame is due.
+  // Call when the database is open. Logs the runs that were found without an end. If one of them
+  // commanded the frame, the frame has to be made safe.
   void look_at_orphans();
-  // Stops the frame if it is due, unless that was done first, and notes it in those runs. False: it
-  // did not confirm that it stands.
+  // Stops the frame if it has to be made safe and stop_first has not done so, and notes it in those
+  // runs. False: it did not confirm standstill.
   Task<bool> make_safe();
 
-  // Makes the frame safe and asks the meter. The frame is not asked, because other people may be
+  // Makes the frame safe and asks the meter. Does not ask the frame, because other people may be
   // working with it. Returns when the daemon ends.
   Task<> ask();
-  // Looks at the ports once a second until the daemon ends; not in a run, which notices by itself
-  // that an instrument is gone. A look that never ends keeps neither the watchdog from
-  // being fed nor the daemon from ending.
+  // Looks at the ports once a second until the daemon ends, except during a run, which notices the
+  // loss of an instrument by itself. A look that hangs prevents neither feeding the watchdog nor
+  // the end of the daemon.
   Task<> watch_ports();
 
  private:
   Clock& clock_;
   Parts parts_;
   bool is_due_ = false;
-  bool stood_first_ = false;  // confirmed before the database was open
+  bool stood_first_ = false;  // standstill was confirmed before the database was open
 };
 
 }  // namespace lcrig

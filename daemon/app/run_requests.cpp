@@ -15,14 +15,14 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kLongestReason = 500;  // characters in the journal
+constexpr std::size_t kLongestReason = 500;  // characters of a reason in the journal
 constexpr const char* kQueueGoes =
     "the queue goes, and runs what is next in it: `lcrig run --next` puts a run at its front, "
     "`lcrig queue hold` holds it";
 
 }  // namespace
 
-// One line in the journal: who wanted what, and why not.
+// Writes one line to the journal: who asked for what, and why it was refused.
 Task<> RunRequests::tell_refusal(std::string wanted, PeerCredentials peer, Error error) {
   peer.user = co_await parts_.callers.name_for_stop(peer);
   spdlog::warn("no run begins: {} asked for {}: {}", peer_words(peer), printable(wanted),

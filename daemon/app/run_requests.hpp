@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of people that begin a run, continue one, or look at the rig before one. App owns it;
-// the control socket calls it.
+// Requests of people that begin a run, continue one, or look at the rig before one. Owned by App;
+// called by the control socket.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -16,7 +16,7 @@ namespace lcrig {
 
 class RunRequests final : public RunHandler {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     const std::string& database;
     InstrumentFactory& rig;

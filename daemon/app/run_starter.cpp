@@ -36,7 +36,7 @@ RunOutcome outcome_of(const RunResult& result, const RunStatus& last) {
 RunStarter::RunStarter(asio::any_io_executor executor, Clock& clock, const Parts& parts)
     : executor_(std::move(executor)), clock_(clock), parts_(parts) {}
 
-// A specimen may also be one of the database or one that ships.
+// A specimen named without a text may be in the database or ship with the program.
 Result<> RunStarter::find_texts(RunRequest& wanted) const {
   if (wanted.protocol_text.empty()) {
     return fail(Errc::invalid_request, "`protocol_text` is missing: send the text of the file");
@@ -60,7 +60,7 @@ Result<> RunStarter::find_texts(RunRequest& wanted) const {
               wanted.specimen_name);
 }
 
-// Not on the thread of the instruments: another program may hold the database for seconds.
+// Aside, because another program may lock the database for seconds.
 Task<Result<PreparedRun>> RunStarter::read(RunRequest request) {
   const auto job = [this, &request]() -> Result<PreparedRun> {
     if (auto found = find_texts(request); !found) return fail(found.error());
@@ -133,7 +133,7 @@ Session::Listener RunStarter::listener() {
   return out;
 }
 
-// Nothing moves when it fails.
+// If it fails, nothing has moved.
 Task<Result<RunStarted>> RunStarter::open(PreparedRun prepared) {
   auto made = co_await make_session(std::move(prepared), LearnedBy::start);
   if (!made) co_return fail(made.error());
@@ -148,10 +148,10 @@ Task<Result<RunStarted>> RunStarter::open(PreparedRun prepared) {
     co_await session.close();
     co_return fail(run.error());
   }
-  // Asked for while the run row was written: the run ends before it moves anything.
+  // A stop that came while the row was written ends the run before it moves anything.
   if (const auto& stop = parts_.use.stop_of_start()) session.run()->interrupt(*stop);
   parts_.plans.see(session.rig(), session.places_weights());
-  resumable_.clear();  // the rig is not as they left it any more
+  resumable_.clear();  // the rig is no longer as those runs left it
   parts_.news.run_begins(*run);
   spawn(executor_, run_to_its_end());
   RunStarted started;
@@ -175,7 +175,7 @@ Task<> RunStarter::run_to_its_end() {
   parts_.news.run_ended(ended);
 }
 
-// A daemon that cannot tell works all the same; `lcrig resume RUN` looks for itself.
+// If the search fails the daemon works all the same; `lcrig resume RUN` searches by itself.
 void RunStarter::look_for_resumable() {
   auto db = open_read_only(parts_.database);
   const RigBefore rig = parts_.rig.is_real() ? RigBefore::still_there : RigBefore::gone;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes a run of a request: reads its files, opens the instruments, plans, begins, and keeps the
+// Turns a request into a run: reads its files, opens the instruments, plans, begins, and keeps the
 // session until the run has ended. Requests of people and the queue begin runs here.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace lcrig {
 
 class RunStarter {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     const std::string& database;
     const std::unique_ptr<Recorder>& recorder;
@@ -30,24 +30,25 @@ class RunStarter {
     const News& news;
   };
   RunStarter(asio::any_io_executor executor, Clock& clock, const Parts& parts);
-  // Asked before anything is commanded, and again before the run row is written: an error ends the
-  // start.
+  // `guard` is called before anything is commanded, and again before the run row is written. An
+  // error ends the start.
   void set_guard(std::function<Result<>(const Session&)> guard) { guard_ = std::move(guard); }
 
-  // Fills in texts that clients do not send. It reads the database: not on the thread of the
-  // instruments. Errors: invalid_request.
+  // Fills in texts that clients do not send. It reads the database, so do not call it on the thread
+  // of the instruments. Errors: invalid_request.
   Result<> find_texts(RunRequest& wanted) const;
   Task<Result<PreparedRun>> read(RunRequest request);
-  // Claims the rig, looks at it and plans; the frame is not commanded.
+  // Claims the rig, looks at it and plans, without commanding the frame.
   Task<Result<Plan>> plan(RunRequest request);
-  // The rig was claimed for it. Returns when the run goes on by itself.
+  // The caller has claimed the rig. Returns when the run goes on by itself.
   Task<Result<RunStarted>> start(Result<PreparedRun> prepared);
 
-  // The last start failed because what is on the rig does not seem to be the specimen; in words.
+  // Words when the last start failed because the specimen on the rig does not seem to be the
+  // requested one.
   void forget_stranger() { stranger_.reset(); }
   const std::optional<std::string>& stranger() const { return stranger_; }
 
-  // After a start of the daemon: which runs can be continued.
+  // Finds the runs that can be continued, after the daemon has started.
   void look_for_resumable();
   const std::vector<ResumableRun>& resumable() const { return resumable_; }
 

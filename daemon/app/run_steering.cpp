@@ -17,7 +17,7 @@ std::string at_words(const PlannedStop& stop) {
   return fmt::format("the end of the {} (step {})", place_words(stop.place), stop.step_id);
 }
 
-// The thing that the run waits for before it can go on to that end; empty: nothing.
+// What the run waits for before it can go on to its planned end; empty: nothing.
 std::string but_first(RunState state) {
   switch (state) {
     case RunState::paused: return "; it is paused, and goes on with `lcrig resume`";
@@ -69,7 +69,7 @@ Task<Result<StopAnswer>> RunSteering::stop_run(Interrupt kind, std::string why,
   const std::string reason = reason_of(why, peer);
   auto live = parts_.use.running();
   if (!live && parts_.use.state() == RigUse::State::starting) {
-    // Nothing may move from here on; the start that is being prepared answers with an error.
+    // From now on nothing may move. The start that is being prepared answers with an error.
     parts_.use.stop_start(InterruptRequest(kind, reason));
     co_return StopAnswer(StopState::not_begun,
                          "the run that is being prepared does not begin: nothing moves");
@@ -88,10 +88,10 @@ Task<Result<StopAnswer>> RunSteering::stop_run(Interrupt kind, std::string why,
   co_return co_await confirm_stop(run, stands, failures);
 }
 
-// "Stopped" is said only of a frame that confirmed it after the request.
+// Answers "stopped" only when the frame confirmed it after the request.
 Task<Result<StopAnswer>> RunSteering::confirm_stop(Run& run, std::uint64_t stands,
                                                    std::uint64_t failures) {
-  const MonoTime limit = clock_.now() + 70s;  // two STOPs of the slowest machine
+  const MonoTime limit = clock_.now() + 70s;  // enough for two STOPs on the slowest machine
   const auto is_known = [this, &run, stands, failures] {
     return parts_.use.live_run() != &run || run.stands() != stands || run.failed_stops() > failures;
   };
@@ -174,8 +174,8 @@ Task<Result<>> RunSteering::confirm(PeerCredentials peer) {
   co_return Result<>();
 }
 
-// An answer that a client is told to be taken is in the database. It is for the question that was
-// asked when it came: another one may be asked once the name of the peer is known.
+// Answers a client only when the answer is in the database. The answer belongs to the question that
+// was open when it came; by the time the peer's name is known, another one may be open.
 Task<Result<Answered>> RunSteering::answer(AnswerRequest request, PeerCredentials peer) {
   const Run* asking = parts_.use.live_run();
   if (!request.question && asking != nullptr && asking->question()) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of people to the run that goes on: to stop or pause it, at once or at the end of what is
-// under way, and the confirmation or the answer that it waits for. A confirmation also opens a gate
-// of the queue. App owns it; the control socket calls it.
+// Requests of people to the current run: stop or pause it, at once or at the end of a part, and
+// confirm or answer what it waits for. A confirmation also opens a gate of the queue. Owned by App;
+// called by the control socket.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ namespace lcrig {
 
 class RunSteering final : public SteeringHandler {
  public:
-  // What App shares with it; all outlive it.
+  // References to App's members; all must outlive it.
   struct Parts {
     RigUse& use;
     Callers& callers;

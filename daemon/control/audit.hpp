@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who asked the daemon for what, by the kernel's word (SO_PEERCRED) and not the client's. App and
-// the control sessions note it.
+// Records who asked the daemon for what, as reported by the kernel (SO_PEERCRED) and not by the
+// client. Used by App and the control sessions.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The configuration as `lcrig config` shows it: each key that applies, its value, and where the
-// value comes from. It describes a file, or the running daemon, which may still use an older file.
+// The configuration as `lcrig config` shows it: each key that applies, its value, and the source of
+// the value. It describes a file, or the running daemon, which may still use an older file.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,10 +13,9 @@
 
 namespace lcrig {
 
-using ConfigValue = std::variant<std::monostate, double, std::string>;  // monostate: none
+using ConfigValue = std::variant<std::monostate, double, std::string>;  // monostate: no value
 std::string to_text(const ConfigValue& value);
 
-// The place that a value comes from.
 enum class ConfigSource { built_in, file, command_line };
 std::string_view to_string(ConfigSource source);
 
@@ -24,7 +23,7 @@ std::string_view to_string(ConfigSource source);
 enum class ConfigEffect { at_once, when_idle, restart };
 std::string_view to_string(ConfigEffect effect);
 
-// A value that the daemon has not taken yet.
+// A value in the file that the daemon has not applied yet.
 struct WaitingValue {
   ConfigValue value;
   ConfigEffect effect = ConfigEffect::at_once;
@@ -34,20 +33,20 @@ struct ConfigKeyView {
   std::string key;  // "frame.stiffness_N_mm"
   ConfigValue value;
   ConfigSource source = ConfigSource::built_in;
-  std::optional<WaitingValue> waiting;  // the value in the file, when it is another one
+  std::optional<WaitingValue> waiting;  // set when the file has another value
 };
 
 struct ConfigView {
   std::string file;
-  bool of_daemon = false;  // in force; else what the file says
-  std::string refused;  // why the daemon did not take the file when it was asked to; empty: it did
+  bool of_daemon = false;  // true: in force in the daemon; false: in the file
+  std::string refused;  // why the daemon refused the file when it last read it; empty: it did not
   std::vector<std::string> warnings;
   std::vector<ConfigKeyView> keys;
 };
 nlohmann::json to_json(const ConfigView& view);
 Result<ConfigView> parse_config_view(const nlohmann::json& value);
 
-// Checks a file as `lcrigd --check-config` does (daemon/config_check.cpp). Errors: as it says.
+// Checks a file as `lcrigd --check-config` does (daemon/config_check.cpp), with the same errors.
 Result<ConfigView> look_at_config_file(const std::string& file);
 
 }  // namespace lcrig

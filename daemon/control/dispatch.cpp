@@ -29,12 +29,12 @@ std::string refuse(const json& id, const std::string& why) {
                                  "one JSON-RPC 2.0 request per line; see docs/control.md"));
 }
 
-// A line holds more values, or deeper ones, than a message may have.
+// A line has more values, or deeper nesting, than a message may have.
 struct TooMuch : std::length_error {
   using std::length_error::length_error;
 };
 
-// Throws TooMuch at the first value too many, and what nlohmann throws.
+// Throws TooMuch at the first excess value, and nlohmann's exceptions.
 json parse_limited(std::string_view line) {
   using Event = json::parse_event_t;
   std::size_t values = 0;
@@ -52,7 +52,7 @@ json parse_limited(std::string_view line) {
   return json::parse(line, count);
 }
 
-// JSON-RPC allows null as an id but calls it a bad idea; we answer nobody we cannot name.
+// JSON-RPC allows null as an id but discourages it; here it is refused.
 tl::expected<ControlCall, std::string> call_of(json&& message) {
   if (message.is_array()) return tl::unexpected(refuse(nullptr, "batches are not supported"));
   if (!message.is_object()) return tl::unexpected(refuse(nullptr, "a request is a JSON object"));

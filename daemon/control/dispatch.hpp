@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line of the control socket to one call of the handler and one line back.
+// Parses one line from the control socket, calls the handler, and returns one line as the answer.
+// Used by the control sessions.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,7 +13,7 @@
 namespace lcrig {
 
 struct ControlCall {
-  ControlCall() = default;  // not an aggregate: g++ 12 coroutines
+  ControlCall() = default;  // a constructor, since g++ 12 miscompiles aggregates in coroutines
   bool wants_answer = false;  // false: a notification, never answered
   std::string method;
   nlohmann::json id;  // string or number; null without `wants_answer`
@@ -22,7 +23,7 @@ struct ControlCall {
 // A call, or the error line that answers `line`.
 tl::expected<ControlCall, std::string> parse_control_call(std::string_view line);
 
-// Runs the call. nullopt for a notification. `handler` outlives the task.
+// Executes the call. nullopt for a notification. `handler` must outlive the task.
 Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, ControlCall call,
                                                      PeerCredentials peer);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes and reads messages with one list of their members. The function `fields(f, message)` names
+// Writes and reads messages by one list of their members. A function `fields(f, message)` lists
 // them: with a FieldWriter it writes the message, with a ParamsReader it reads it. Both have the
-// same calls. messages.cpp, queue_messages.cpp, config_view.cpp and the terms of the queue use it.
+// same calls. Used by messages.cpp, queue_messages.cpp, config_view.cpp and the terms of the queue.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,8 +15,8 @@
 
 namespace lcrig {
 
-// Writes into an object, which must outlive it. It ignores arguments that only a reader needs:
-// whether a member is required, and how long a text may be.
+// Writes into an object, which must outlive it. It ignores arguments for readers: whether a member
+// is required, and the longest text.
 class FieldWriter {
  public:
   explicit FieldWriter(nlohmann::json& object) : out_(object) {}
@@ -71,7 +71,7 @@ class FieldWriter {
   nlohmann::json& out_;
 };
 
-// The type that `fields` takes: a message to be written is const.
+// The parameter type of `fields`: const when the message is written.
 template <class F, class T>
 using Of = std::conditional_t<std::is_same_v<F, FieldWriter>, const T, T>;
 
@@ -83,7 +83,7 @@ Json written(const T& message) {
   return out;
 }
 
-// An answer or a notification. Errors: garbled, with the JSON pointer.
+// Reads an answer or a notification. Errors: garbled, with the JSON pointer.
 template <class T>
 Result<T> read_answer(const nlohmann::json& value) {
   T out{};
@@ -93,7 +93,8 @@ Result<T> read_answer(const nlohmann::json& value) {
   return out;
 }
 
-// Params of a request. Errors: invalid_request, with the JSON pointer; also a member too many.
+// Reads the params of a request. Errors: invalid_request, with the JSON pointer; unknown members
+// are refused, too.
 template <class T, class Fill>
 Result<T> read_params(const nlohmann::json& params, Fill fill) {
   T out{};

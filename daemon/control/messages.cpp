@@ -61,7 +61,7 @@ json to_json(const AnswerValue& value) {
   return std::visit([](const auto& v) { return json(v); }, value);
 }
 
-// Replaces bytes that are no UTF-8 (a file name, an instrument's words) instead of throwing.
+// Replaces bytes that are not UTF-8 (in a file name or an instrument's reply) instead of throwing.
 std::string line_of(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -86,7 +86,7 @@ void condition_field(FieldWriter& f, InstrumentCondition condition, const std::s
   f.text("state", to_string(condition));
 }
 
-// The words of older daemons are sentences.
+// Older daemons send sentences instead of words.
 void condition_field(ParamsReader& in, InstrumentCondition& condition, std::string& why) {
   std::string word;
   in.text("state", word, true);
@@ -132,7 +132,7 @@ int rpc_code_of(Errc code) {
 
 RpcError rpc_error_of(const Error& error) {
   const auto& row = row_of(error.code);
-  constexpr std::size_t kLongest = 4000;  // it may quote a file or an instrument
+  constexpr std::size_t kLongest = 4000;  // the text may quote a file or an instrument
   RpcError out(row.code, printable(error.what, kLongest), Hint(row.hint));
   out.errc = error.code;
   out.detail = printable_lines(error.detail);
@@ -226,7 +226,7 @@ void fields(F& f, Of<F, InstrumentState>& i) {
   condition_field(f, i.condition, i.why);
   f.text("identity", i.identity);
   f.boolean("simulated", i.simulated);
-  f.word("learned_by", i.learned_by, LearnedBy::port);  // older daemons do not say it
+  f.word("learned_by", i.learned_by, LearnedBy::port);  // missing in messages of older daemons
   f.integer("run", i.run);
   f.quantity("age_s", i.age_s, 0);
   f.quantity("since_s", i.since_s, 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The messages of the control socket: JSON-RPC 2.0, one message per line. docs/control.md is the
-// contract. Plain structs here (SI inside), lab units on the wire. The daemon and `lcrig` use them.
+// contract. The structs use SI, the wire uses the lab's units. Used by the daemon and `lcrig`.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ namespace lcrig {
 
 constexpr std::size_t kControlLineLimit = std::size_t{1} << 20U;  // bytes, without the newline
 
-// The process at the other end (SO_PEERCRED). `user` is the name of `uid` as far as it is known, or
-// "uid 1000" (UserNames).
+// The process at the other end (SO_PEERCRED). `user` is the name of `uid` if it is known, else "uid
+// 1000" (UserNames).
 struct PeerCredentials {
   std::uint32_t uid = 0;
   std::int32_t pid = 0;
@@ -32,7 +32,8 @@ struct RunStarted {
   std::int64_t run = 0;
 };
 
-// An answer to the question that waits. `question`: only if it is this one (OpenQuestion::number).
+// An answer to the open question. With `question`, only to the one with this number
+// (OpenQuestion::number).
 struct AnswerRequest {
   AnswerValue value = true;
   std::optional<std::int64_t> question;
@@ -44,13 +45,13 @@ struct TagRequest {
   bool remove = false;
 };
 
-// Result of an abort or a freeze, or of a stop or a pause that waits.
+// The result of an abort or a freeze, or of a planned stop or pause.
 enum class StopState {
-  standing,  // the frame confirmed it after this request
-  finally,  // it is running and goes on
+  standing,  // the frame confirmed standstill after this request
+  finally,  // `finally` is running and goes on
   not_begun,  // the run was being prepared and does not begin
-  not_ours,  // the frame was only observed
-  later,  // at the end of what is under way
+  not_ours,  // the frame was only observed, so it was not stopped
+  later,  // at the end of the current part
 };
 std::string_view to_string(StopState s);
 
@@ -60,20 +61,20 @@ struct StopAnswer {
   std::string note;  // in words
 };
 
-// Condition of an instrument. `unasked`: nobody asked it since the daemon began, or since its port
-// came back.
+// Condition of an instrument. `unasked`: nobody has asked it since the daemon started, or since its
+// port came back.
 enum class InstrumentCondition { unasked, ready, in_use, absent, fault };
 std::string_view to_string(InstrumentCondition c);
 
-// Where the daemon knows it from.
+// How the daemon knows the condition.
 enum class LearnedBy {
-  nothing,  // it is not
-  look,  // somebody asked the instrument who it is, or the daemon did by itself
-  plan,  // asked for a plan of a run
-  start,  // asked for a run that did not begin
+  nothing,  // it does not know it
+  look,  // the instrument's identity was asked, by a person or by the daemon
+  plan,  // asked when a run was planned
+  start,  // asked for a run that then did not begin
   run,  // a run used it
   rescue,  // the frame was stopped after a crash
-  port  // the node of its port went away
+  port  // the device node of its port went away
 };
 std::string_view to_string(LearnedBy l);
 
@@ -81,51 +82,51 @@ struct InstrumentState {
   Instrument which = Instrument::lcr;
   std::string port;
   InstrumentCondition condition = InstrumentCondition::unasked;
-  std::string why;  // it is unasked, absent or at fault; in words
-  std::string identity;  // as the instrument sent it last; empty while unknown
+  std::string why;  // reason why it is unasked, absent or at fault
+  std::string identity;  // its latest reply; empty while unknown
   bool simulated = false;
   LearnedBy learned_by = LearnedBy::nothing;
-  std::optional<std::int64_t> run;  // that it is in use by, or that it was learned by
-  std::optional<double> age_s;  // since it was asked, or sent data; none: it was not
-  std::optional<double> since_s;  // in this condition
+  std::optional<std::int64_t> run;  // the run that uses it, or that reported its condition
+  std::optional<double> age_s;  // since its last answer or data; none: there was none
+  std::optional<double> since_s;  // time in this condition
 };
 
-// A run that a crash cut off and `run.resume` can continue.
+// A run that a crash cut off and that `run.resume` can continue.
 struct ResumableRun {
   std::int64_t run = 0;
   std::string protocol, specimen;
-  std::string step_id;  // begun last; it begins anew
+  std::string step_id;  // begun last; begins again
 };
 
-// The queue at a glance (docs/queue.md).
+// Overview of the queue (docs/queue.md).
 struct QueueStatus {
   bool going = false;
-  std::optional<HoldCause> cause;  // when it does not go
+  std::optional<HoldCause> cause;  // set when it does not go
   std::string why;
-  std::int64_t count = 0;  // of the entries in it
-  std::optional<std::int64_t> entry;  // the first of them
-  std::optional<QueueGate> gate;  // that it waits for; none also of a kind that is not known here
-  std::string prompt;  // the same in words; empty: it waits for nothing
+  std::int64_t count = 0;  // number of entries in it
+  std::optional<std::int64_t> entry;  // its first entry
+  std::optional<QueueGate> gate;  // the gate it waits at; empty also for an unknown kind
+  std::string prompt;  // the gate in words; empty: it does not wait
   std::string locked_by;  // empty: nobody
 };
 
 struct DaemonStatus {
   std::string version, database;
   std::vector<InstrumentState> instruments;
-  std::optional<RunStatus> run;  // the run that is going on
-  bool correcting = false;  // the meter's open or short correction is being made
-  std::optional<RunOutcome> last_run;  // the last one of this daemon's life
-  std::vector<ResumableRun> resumable;  // cut off since any other run began; oldest first
+  std::optional<RunStatus> run;  // the current run
+  bool correcting = false;  // the meter is being corrected
+  std::optional<RunOutcome> last_run;  // the last one since the daemon started
+  std::vector<ResumableRun> resumable;  // cut off after the last other run began; oldest first
   std::optional<QueueStatus> queue;
 };
 
-// An event row of a run, as a watcher sees it.
+// An event row of a run, as watchers get it.
 struct RunEventNote {
   std::int64_t run = 0;
   RunEvent event;
 };
 
-// Codes of an error answer. Every Errc has one; JSON-RPC's own keep their meaning.
+// Codes of error answers. Every Errc has one; the codes of JSON-RPC keep their meaning.
 namespace rpc_code {
 constexpr int kParseError = -32700;
 constexpr int kInvalidRequest = -32600;
@@ -133,22 +134,22 @@ constexpr int kMethodNotFound = -32601;
 constexpr int kInvalidParams = -32602;
 constexpr int kLineTooLong = -32020;
 constexpr int kTooManyClients = -32021;
-constexpr int kTooManyCalls = -32022;  // of one client at the same time
+constexpr int kTooManyCalls = -32022;  // too many simultaneous calls of one client
 }  // namespace rpc_code
 int rpc_code_of(Errc code);
 
-// What to do next: words alone, or a command with words before or behind it.
+// What to do next: words alone, or a command with words before or after it.
 template <class Text>
 struct BasicHint {
   Text before, command, remark;
 };
-using HintWords = BasicHint<std::string_view>;  // of a table
+using HintWords = BasicHint<std::string_view>;  // for tables
 struct Hint : BasicHint<std::string> {
   Hint() = default;
   Hint(std::string words) { before = std::move(words); }
   Hint(const char* words) : Hint(std::string(words)) {}
   Hint(const HintWords& words);
-  // "lcrig status   (what goes on)"; `options` come behind the command.
+  // "lcrig status   (what goes on)"; `options` follow the command.
   std::string text(std::string_view options = {}) const;
 };
 
@@ -158,13 +159,13 @@ struct RpcError {
   int code = 0;
   std::string message;
   Hint hint;
-  std::string detail;  // lines below the message: each wrong cell of a table
+  std::string detail;  // lines below the message, e.g. each wrong cell of a table
   Errc errc = Errc::invalid_request;
 };
 RpcError rpc_error_of(const Error& error);
 
-// Wire forms. The parsers refuse a wrong type and name the JSON pointer; members that they do not
-// know are ignored in answers and refused in requests.
+// Conversions to and from JSON. The parsers refuse wrong types and name the JSON pointer. They
+// ignore unknown members in answers and refuse them in requests.
 nlohmann::json to_json(const RunStatus& status);
 nlohmann::json to_json(const RunOutcome& ended);
 nlohmann::json to_json(const StopAnswer& answer);

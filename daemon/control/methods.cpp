@@ -31,7 +31,6 @@ tl::unexpected<RpcError> bad_params(const Error& error) {
   return tl::unexpected(std::move(out));
 }
 
-// Results as JSON.
 json result_json(const RunStarted& started) {
   return started.run;
 }
@@ -64,7 +63,7 @@ Answer answer_of(const Result<T>& result) {
   }
 }
 
-// The owner of a method. nullptr: there is no queue here.
+// The part of the handler that has this method. nullptr: there is no queue.
 template <class Owner, class R, class... Args>
 Owner* owner_of(ControlHandler& handler, R (Owner::*)(Args...)) {
   if constexpr (std::is_same_v<Owner, QueueHandler>) return handler.queue();
@@ -75,7 +74,7 @@ Owner* owner_of(ControlHandler& handler, R (Owner::*)(Args...)) {
   if constexpr (std::is_same_v<Owner, ControlHandler>) return &handler;
 }
 
-// Calls a method with one argument, or with a tuple of them; adds the peer where it is wanted.
+// Calls a method with one argument, or with a tuple of them; adds the peer if the method takes it.
 template <class Owner, class Method, class... Args>
 auto begin_call(Owner& owner, Method method, std::tuple<Args...>& args, PeerCredentials& peer) {
   return std::apply(
@@ -94,7 +93,7 @@ auto begin_call(Owner& owner, Method method, Arg& arg, PeerCredentials& peer) {
   return begin_call(owner, method, args, peer);
 }
 
-// Params as a function here reads them, or as the messages parse them.
+// Params read by a function of this file, or parsed by a function of the messages.
 template <class T>
 Result<T> params_by(void (*read)(ParamsReader&, T&), const json& params) {
   return read_params<T>(params, read);
@@ -132,7 +131,7 @@ void resume_params(ParamsReader& in, std::tuple<std::optional<std::int64_t>, boo
   if (confirmed && !run) in.refuse("confirm_specimen", "needs `run`");
 }
 
-// The place that a member names.
+// The stop place in member `key`.
 std::optional<StopPlace> place_of(ParamsReader& in, const char* key, bool required) {
   std::string word;
   in.text(key, word, required);
@@ -183,7 +182,7 @@ void kind_param(ParamsReader& in, CorrectionKind& kind) {
   in.word("kind", kind, CorrectionKind::short_circuit, true);
 }
 
-// "head": the choice for an entry that was interrupted or failed.
+// Reads "head": the choice for an entry that was interrupted or failed.
 void head_param(ParamsReader& in, HeadChoice& out) {
   std::string word(to_string(HeadChoice::none));
   in.text("head", word);
@@ -197,7 +196,7 @@ void gate_params(ParamsReader& in, std::tuple<std::string, std::optional<std::in
   in.integer("entry", std::get<1>(out));
 }
 
-// A method that the handler answers at once.
+// A method whose result the handler has at once.
 template <auto look>
 MethodAnswer show_now(ControlHandler& handler, json params, PeerCredentials) {
   if (auto ok = params_by(no_params, params); !ok) co_return bad_params(ok.error());
@@ -250,7 +249,7 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
   co_return out;
 }
 
-// Its queue, or its disk, is what a person has to see to first.
+// Adds a hint to an error: the queue, or the disk, needs attention first.
 MethodAnswer on_correct(ControlHandler& handler, json params, PeerCredentials peer) {
   const json kind = params.is_object() ? params.value("kind", json()) : json();
   auto answer = co_await call_method<kind_param, &MeterHandler::correct>(handler, params, peer);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The methods of the control socket: the name of each, and the call that it makes. dispatch.cpp
-// looks them up.
+// The table of the methods of the control socket: their names and the calls that they make. Used by
+// dispatch.cpp.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,17 +12,18 @@
 
 namespace lcrig {
 
-// Answer of a method: its result, or the error as JSON-RPC knows it.
+// What a method returns: its result, or a JSON-RPC error.
 using MethodAnswer = Task<tl::expected<nlohmann::json, RpcError>>;
 
 struct ControlMethod {
   std::string_view name;
   MethodAnswer (*run)(ControlHandler&, nlohmann::json, PeerCredentials);
-  HintWords hint;  // when the handler calls the request invalid
-  const char* member = nullptr;  // of the answer, for the result; nullptr: the result alone
-  bool watches = false;  // the session sends its client each change of the status from now on
+  HintWords hint;  // used when the handler finds the request invalid
+  const char* member = nullptr;  // the answer's member for the result; nullptr: the result is the
+                                 // answer
+  bool watches = false;  // from now on the session sends every change of status to its client
 };
 std::span<const ControlMethod> control_methods();
-const ControlMethod* find_control_method(std::string_view name);  // nullptr: there is none
+const ControlMethod* find_control_method(std::string_view name);  // nullptr: no such method
 
 }  // namespace lcrig

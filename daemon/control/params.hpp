@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads one JSON object strictly: types are checked, nothing becomes a default silently. The
-// control socket reads its requests with it, the queue its stored terms.
+// Reads one JSON object strictly: types are checked, and wrong values never become defaults. The
+// control socket reads its requests with it, and the queue its stored terms.
 #pragma once
 
 #include <cstdint>
@@ -20,30 +20,30 @@ namespace lcrig {
 
 struct RunRequest;
 
-// Reads members into fields; the first failure is kept and returned by `finish`. `object` must
+// Reads members into variables. It keeps the first failure, and `finish` returns it. `object` must
 // outlive the reader.
 class ParamsReader {
  public:
-  // `where` is the JSON pointer of the object, for messages: "/params".
+  // `where` is the JSON pointer of the object in messages: "/params".
   ParamsReader(const nlohmann::json& object, std::string where);
 
-  // A member that is absent leaves `out` as it is, unless it is required.
+  // An absent member leaves `out` unchanged, unless it is required.
   // `most`: if given, the text has at most so many bytes and no NUL (base/text.hpp).
   void text(const char* key, std::string& out, bool required = false, std::size_t most = SIZE_MAX);
-  // The same; null is the empty text.
+  // The same, with null for the empty text.
   void text_or_null(const char* key, std::string& out);
   void text_or_absent(const char* key, std::string& out, std::size_t most = SIZE_MAX) {
     text(key, out, false, most);
   }
   void texts(const char* key, std::vector<std::string>& out);
   void integer(const char* key, std::int64_t& out, bool required = false);
-  // null and absent are both "no value".
+  // null and absent both mean "no value".
   void integer(const char* key, std::optional<std::int64_t>& out);
   void number(const char* key, double& out, bool required = false);
   void boolean(const char* key, bool& out);
-  // null and absent are both "no value". `power` converts to SI: 10^power.
+  // null and absent both mean "no value". `power` converts to SI: 10^power.
   void quantity(const char* key, std::optional<double>& out, int power);
-  // An object of numbers, or of strings that hold one as somebody typed it.
+  // An object of numbers, or of strings with a number as a person typed it.
   void numbers(const char* key, ParameterValues& out);
   // A word of an enumeration, whose last value is `last`.
   template <class E>
@@ -56,7 +56,7 @@ class ParamsReader {
       expected_word(key, words_up_to(last));
     }
   }
-  // The same, or none: null.
+  // The same, with null for no word.
   template <class E>
   void word_or_null(const char* key, std::optional<E>& out, E last) {
     std::string text;
@@ -64,14 +64,14 @@ class ParamsReader {
     if (text.empty()) return;
     word(key, out.emplace(), last);
   }
-  // The same for the empty word, and for one that only newer daemons know.
+  // The same, with the empty word, or an unknown word of a newer daemon, for no value.
   template <class E>
   void word_or_empty(const char* key, std::optional<E>& out, E last) {
     std::string text;
     this->text(key, text);
     out = parse_word(text, last);
   }
-  // An object that `fill` reads, or whose members `fields` names (fields.hpp).
+  // An object. `fill` reads it, or `fields` lists its members (fields.hpp).
   template <class T, class Fill>
   void object(const char* key, std::optional<T>& out, Fill fill) {
     if (member(key) != nullptr) inside(key, [&](ParamsReader& f) { fill(f, out.emplace()); });
@@ -84,18 +84,18 @@ class ParamsReader {
   void list(const char* key, std::vector<T>& out) {
     each(key, [&out](ParamsReader& f) { fields(f, out.emplace_back()); });
   }
-  // The member for the caller to read, or nullptr when it is absent or null.
+  // The member itself; nullptr when it is absent or null.
   const nlohmann::json* member(const char* key);
   std::string pointer(const char* key) const { return where_ + "/" + key; }
   void fail_with(Error error) {
     if (!error_) error_ = std::move(error);
   }
-  // What is wrong with a member: "expected 1 to 100".
+  // Refuses a member with a reason such as "expected 1 to 100".
   void refuse(const char* key, std::string_view why) {
     fail_with(Error(Errc::invalid_request, fmt::format("{}: {}", pointer(key), why)));
   }
 
-  // Refuses members that nobody asked for.
+  // Refuses members that were not asked for.
   void refuse_unknown();
   Result<> finish() const;
 
@@ -113,7 +113,7 @@ class ParamsReader {
   std::optional<Error> error_;
 };
 
-// The members of a RunRequest; messages.cpp writes them.
+// Reads the members of a RunRequest; messages.cpp writes them.
 void read_run_request(ParamsReader& in, RunRequest& out);
 
 }  // namespace lcrig

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interface between the control socket and the queue. QueueRunner implements it; called on the
-// io_context thread. Every change is stored before its task returns.
+// The interface between the control socket and the queue. QueueRunner implements it. It is called
+// on the io_context thread. Every change is stored before its task returns.
 #pragma once
 
 #include <cstdint>
@@ -20,37 +20,37 @@
 namespace lcrig {
 
 struct QueueAdd {
-  RunRequest run;  // no operator: the peer
+  RunRequest run;  // without an operator: the peer
   QueuePlace place;
   QueueTerms terms;
 };
 
-// Time and room that an entry will need, as far as they are known.
+// Time and disk space that an entry will need, as far as known.
 struct EntryPlan {
-  std::optional<double> duration_s;  // nullopt: it could not be planned yet, and `why_not` says why
+  std::optional<double> duration_s;  // nullopt: no plan was possible yet, for the reason `why_not`
   std::string why_not;
   std::int64_t measure_readings = 0, bytes = 0;
   double peak_force_N = 0;
-  bool moves = true;  // it commands the frame
+  bool moves = true;  // whether it commands the frame
 };
 
 // A table of runs (docs/batch-file.md), with the texts that its cells name.
 struct BatchAdd {
   std::string name, file_name;
-  std::string table;  // as it was written
+  std::string table;  // as written
   BatchOrder order = BatchOrder::given;
-  std::int64_t seed = 0;  // of an order that is drawn
-  std::map<std::string, BatchFile> protocols, specimens;  // by the words of the cells
-  std::string operator_name;  // none: the peer
+  std::int64_t seed = 0;  // for an order drawn at random
+  std::map<std::string, BatchFile> protocols, specimens;  // by the words in the cells
+  std::string operator_name;  // empty: the peer
   QueuePlace place;
-  QueueTerms terms;  // of rows that say nothing else
+  QueueTerms terms;  // defaults for all rows
 };
 struct BatchAdded {
   std::int64_t first_entry = 0, last_entry = 0, entries = 0;
-  double duration_s = 0;  // of those with a plan
+  double duration_s = 0;  // sum over the entries with a plan
   std::int64_t measure_readings = 0, bytes = 0;
   std::int64_t unplanned = 0;
-  std::string why_not;  // of those
+  std::string why_not;  // why some entries have no plan
 };
 
 struct QueueAdded {
@@ -58,18 +58,18 @@ struct QueueAdded {
   EntryPlan plan;
 };
 
-// Machine time alone, because the time that a person takes is not known.
+// Times of the machine alone, because nobody knows how long people will take.
 struct PlannedTime {
-  std::optional<std::int64_t> begin_unix_ns, end_unix_ns;  // nullopt: an entry before has no plan
+  std::optional<std::int64_t> begin_unix_ns, end_unix_ns;  // nullopt: an earlier entry has no plan
 };
 struct ListedEntry {
   QueueListing listing;
   EntryPlan plan;
   PlannedTime planned;
-  std::optional<EntryBatch> batch;  // it is from; known to `show` alone
+  std::optional<EntryBatch> batch;  // the batch it belongs to; filled in by `show` only
 };
 struct QueuePage {
-  std::int64_t count = 0;  // of all that are in the queue
+  std::int64_t count = 0;  // number of all entries in the queue
   std::vector<ListedEntry> entries;
 };
 inline constexpr std::int64_t kQueuePageMax = 500;
@@ -77,26 +77,29 @@ inline constexpr std::int64_t kQueuePageMax = 500;
 class QueueHandler {
  public:
   virtual ~QueueHandler() = default;
-  // Checked and planned as far as the rig allows now; what the rig would refuse is refused.
-  // Errors: invalid_request, unsupported; busy (locked by somebody else); io (no room on the disk).
+  // Adds an entry after checking and planning it as far as the rig allows now. Refuses whatever the
+  // rig would refuse. Errors: invalid_request, unsupported; busy (locked by somebody else); io (no
+  // room on the disk).
   virtual Task<Result<QueueAdded>> add(QueueAdd wanted, PeerCredentials peer) = 0;
-  // All of its runs or none. Errors: as `add`; invalid_request with every wrong cell in `detail`.
+  // Adds all runs of a batch or none. Errors: as `add`; invalid_request with every wrong cell in
+  // `detail`.
   virtual Task<Result<BatchAdded>> add_batch(BatchAdd wanted, PeerCredentials peer) = 0;
   virtual Task<Result<QueuePage>> list(std::int64_t skip, std::int64_t most) = 0;
   virtual Task<Result<ListedEntry>> show(std::int64_t entry) = 0;
   virtual Task<Result<std::vector<QueueAct>>> history(std::optional<std::int64_t> entry,
                                                       std::int64_t before, std::int64_t most) = 0;
-  // Errors: invalid_request; busy (locked).
+  // Errors of these: invalid_request; busy (locked).
   virtual Task<Result<>> move(std::int64_t entry, QueuePlace place, PeerCredentials peer) = 0;
   virtual Task<Result<>> remove(std::int64_t entry, PeerCredentials peer) = 0;
   virtual Task<Result<std::int64_t>> clear(PeerCredentials peer) = 0;
-  // The run that goes on is finished, and no other one begins. Everybody who may stop the frame may
-  // do this; no lock is in the way.
+  // The current run is finished, and no other one begins. Everybody who may stop the frame may do
+  // this, even if the queue is locked.
   virtual Task<Result<>> hold(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<>> start(HeadChoice choice, PeerCredentials peer) = 0;
   virtual Task<Result<>> lock(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<>> unlock(bool force, PeerCredentials peer) = 0;
-  // Opens the gate that is shut. `entry`: that somebody saw at the gate. Errors: invalid_request.
+  // Opens the closed gate. `entry`: the entry that the user saw at the gate. Errors:
+  // invalid_request.
   virtual Task<Result<>> answer(std::string text, std::optional<std::int64_t> entry,
                                 PeerCredentials peer) = 0;
 };

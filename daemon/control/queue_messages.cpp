@@ -47,7 +47,7 @@ json to_json(const EntryBatch& b) {
   return out;
 }
 
-// "protocols": {"press": {"name": "press", "text": ".."}}: texts by the words of cells.
+// Reads "protocols": {"press": {"name": "press", "text": ".."}}: texts by the words of the cells.
 void read_files(ParamsReader& in, const char* key, std::map<std::string, BatchFile>& out) {
   const json* files = in.member(key);
   if (files == nullptr) return;
@@ -63,7 +63,7 @@ void read_files(ParamsReader& in, const char* key, std::map<std::string, BatchFi
   }
 }
 
-// "place": "first", "last", {"before": 3} or {"after": 3}.
+// Reads "place": "first", "last", {"before": 3} or {"after": 3}.
 void read_place(ParamsReader& in, QueuePlace& out) {
   const json* place = in.member("place");
   if (place == nullptr) return;

@@ -20,7 +20,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr mode_t kSocketMode = 0660;  // owner and group lcrig: who may write may move the frame
+constexpr mode_t kSocketMode = 0660;  // owner and group lcrig, because whoever may write may move
+                                      // the frame
 
 Result<PeerCredentials> credentials_of(int fd) {
   ucred raw{};
@@ -34,7 +35,7 @@ Result<PeerCredentials> credentials_of(int fd) {
   return peer;
 }
 
-// Removes the socket of a daemon that is gone. A file at `path` that is no socket stays.
+// Removes the socket of a daemon that is gone. Keeps a file at `path` that is not a socket.
 Result<> clear_stale_socket(asio::any_io_executor executor, const std::string& path) {
   struct stat info{};
   if (::lstat(path.c_str(), &info) != 0) return {};
@@ -83,7 +84,7 @@ ControlServer::~ControlServer() {
 void ControlServer::remove_socket_file() {
   if (path_.empty()) return;
   struct stat info{};
-  // Ours still? Somebody may have replaced it.
+  // Somebody may have replaced our socket file.
   if (::lstat(path_.c_str(), &info) == 0 && info.st_dev == device_ && info.st_ino == inode_) {
     ::unlink(path_.c_str());
   }
@@ -106,7 +107,7 @@ Result<> ControlServer::listen(const std::string& path) {
     device_ = info.st_dev;
     inode_ = info.st_ino;
   }
-  // Nobody can connect before listen(), so the mode is right for the first client.
+  // Nobody can connect before listen(), so the mode is set for the first client already.
   if (::chmod(path.c_str(), kSocketMode) != 0) {
     return fail(Errc::io, "control: chmod {}: {}", path, std::strerror(errno));
   }
@@ -126,7 +127,7 @@ Task<> ControlServer::accept_loop() {
       admit(std::move(socket));
       continue;
     }
-    // Out of file descriptors: the clients that are here stay, new ones wait in the backlog.
+    // Out of file descriptors: existing clients stay, new ones wait in the backlog.
     spdlog::error("control: accept: {}", ec.message());
     co_await clock_.wait_for(std::chrono::milliseconds(200));
   }

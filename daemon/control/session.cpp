@@ -22,7 +22,7 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kChunk = 16384;
-// Lines of one client that are read before the instruments and the other clients have their turn.
+// Lines that are read from one client before the instruments and the other clients get their turn.
 constexpr int kLinesAtOnce = 16;
 }  // namespace
 
@@ -47,7 +47,7 @@ ControlSession::~ControlSession() {
 
 Task<> ControlSession::run() {
   const auto self = shared_from_this();
-  // The writer decides when the connection ends: it outlives the reader until all is answered.
+  // The connection ends with the writer, which outlives the reader until all is answered.
   co_await both(read_loop(), write_loop());
   close();
 }
@@ -62,7 +62,7 @@ void ControlSession::close() {
 void ControlSession::finish() {
   finishing_ = true;
   boost::system::error_code ignored;
-  // Ends the reader with end of file; the peer may still receive.
+  // The reader gets end of file; the peer can still receive.
   socket_.shutdown(Socket::shutdown_receive, ignored);
   wake();
 }
@@ -89,8 +89,8 @@ Task<> ControlSession::read_loop() {
   while (!closed_ && !finishing_) {
     auto r = co_await socket_.async_read_some(asio::buffer(chunk), kAsResult);
     const auto& [ec, n] = r;
-    if (ec) break;  // end of file; half a message is dropped with it
-    // Doubling would take twice of what a line may have.
+    if (ec) break;  // end of file; an incomplete message is dropped
+    // Reserves once, because doubling could take twice the size of the longest line.
     if (in_.size() + n > 4 * kChunk) in_.reserve(kControlLineLimit + kChunk);
     in_.append(chunk.data(), n);
     const bool more = co_await take_lines();
@@ -123,7 +123,8 @@ Task<bool> ControlSession::take_lines() {
   co_return false;
 }
 
-// A token bucket: the client is read more slowly, nothing is lost and nobody else notices.
+// A token bucket slows down the reading from this client. Nothing is lost, and other clients do not
+// notice.
 Task<> ControlSession::slow_down(std::size_t bytes) {
   constexpr double kBytesPerCall = 4096;
   const MonoTime now = clock_.now();
@@ -132,7 +133,8 @@ Task<> ControlSession::slow_down(std::size_t bytes) {
   refilled_ = now;
   tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
   if (tokens_ < 0) co_await clock_.wait_for(from_seconds(-tokens_ / calls_per_s));
-  // Only now: clients that waited as long as each other must not be served all at once.
+  // Charged after the first wait. Otherwise clients that waited equally long would all be served at
+  // once.
   const Duration others = allowance_->charge(bytes, clock_.now());
   if (others > Duration::zero()) co_await clock_.wait_for(others);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One client of the control socket: reads its requests, sends answers, events and status, and
-// limits what it may cost. ControlServer makes one for each connection.
+// limits its costs. ControlServer makes one for each connection.
 #pragma once
 
 #include <boost/asio/experimental/channel.hpp>
@@ -19,16 +19,17 @@ namespace lcrig {
 
 struct ControlOptions {
   std::size_t max_clients = 64;
-  std::size_t max_calls = 16;  // of one client at the same time ...
-  std::size_t max_call_bytes = std::size_t{4} << 20U;  // ... and the lines that they came in
-  std::size_t max_queue_bytes = std::size_t{1} << 20U;  // of one client, waiting to be sent
-  Duration write_timeout = std::chrono::seconds(10);  // a client that does not read is cut off
-  // A client that asks more is read more slowly, down to this rate; where there are more than eight
-  // clients, down to an equal share of what eight may have. A line counts as one call for every
-  // 4 KiB of it, because that is what it costs the thread that runs the instruments.
+  std::size_t max_calls = 16;  // of one client at the same time
+  std::size_t max_call_bytes = std::size_t{4} << 20U;  // bytes of the lines of these calls
+  std::size_t max_queue_bytes = std::size_t{1} << 20U;  // bytes of one client that wait to be sent
+  Duration write_timeout = std::chrono::seconds(10);  // then a client that does not read is
+                                                      // disconnected
+  // A client that sends more is read more slowly, down to this rate. With more than eight clients
+  // the rate falls to an equal share of that of eight. A line counts as one call for every 4 KiB,
+  // because it costs the thread of the instruments as much.
   double calls_per_s = 200;
   double burst = 400;
-  // Limits of all clients together: bytes in lines above 4 KiB, and bytes of calls under way.
+  // Limits for all clients together: bytes in lines above 4 KiB, and bytes of calls in progress.
   double long_bytes_per_s = 4 << 20U;
   std::size_t max_all_call_bytes = std::size_t{16} << 20U;
   UserNames::Lookup user_name = UserNames::of_system;
@@ -36,8 +37,8 @@ struct ControlOptions {
 
 struct ControlCall;
 
-// Shared with the calls that it has under way: a call outlives its client, because a run that was
-// asked for must not depend on who is still connected. `handler` and `clock` outlive it.
+// Shared with its calls in progress, which may outlive the client: a run must not depend on whether
+// its client stays connected. `handler` and `clock` must outlive it.
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
@@ -48,17 +49,18 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlSession(const ControlSession&) = delete;
   ControlSession& operator=(const ControlSession&) = delete;
 
-  Task<> run();  // until the client goes, is cut off, or `close`
-  // A watcher that is slow sees fewer of these, only the newest waits.
+  Task<> run();  // until the client disconnects, is disconnected, or `close`
+  // Only the newest status waits, so a slow watcher sees fewer of them.
   void send_status(const std::string& line);
   void send(std::string line);
-  void forget_status() { status_.reset(); }  // the run ended: a waiting status is history
-  // Reads no more; ends when everything queued and under way is answered.
+  // When a run has ended: a status of it that still waits is out of date.
+  void forget_status() { status_.reset(); }
+  // Reads no more, and ends when everything in progress and queued is answered and sent.
   void finish();
-  void close();  // now
+  void close();  // ends at once
   bool watching() const { return watching_; }
-  // Bytes held for lines that came in: at most one line of the largest size, the bytes read at
-  // once, and the calls under way.
+  // Memory for received lines: at most one line of the largest size, one chunk of reading, and the
+  // calls in progress.
   std::size_t held_bytes() const { return in_.capacity() + call_bytes_; }
   // Bytes that wait to be sent: at most max_queue_bytes and one status.
   std::size_t waiting_bytes() const { return queued_bytes_ + (status_ ? status_->size() : 0); }
@@ -66,7 +68,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
  private:
   Task<> read_loop();
   Task<> write_loop();
-  Task<bool> take_lines();  // false: end the connection after what is queued
+  Task<bool> take_lines();  // false: end the connection when the queue is sent
   Task<> slow_down(std::size_t bytes);
   bool take_call(std::size_t bytes);
   void on_line(std::string_view line);
@@ -81,11 +83,11 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlOptions options_;
   std::shared_ptr<ControlAllowance> allowance_;
   std::string in_;
-  std::size_t scanned_ = 0;  // bytes of in_ known to hold no newline
+  std::size_t scanned_ = 0;  // bytes of in_ that contain no newline
   std::deque<std::string> queue_;
   std::size_t queued_bytes_ = 0;
   std::optional<std::string> status_;
-  std::size_t calls_ = 0, call_bytes_ = 0;  // under way
+  std::size_t calls_ = 0, call_bytes_ = 0;  // in progress
   double tokens_;
   MonoTime refilled_;
   bool watching_ = false, finishing_ = false, closed_ = false;

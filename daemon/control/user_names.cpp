@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kFresh = 60s;
-// Lookups of different users under way at once. A service that hangs keeps its threads.
+// Lookups of different users at the same time. A service that hangs blocks their threads.
 constexpr std::size_t kMostUnderWay = 8;
 
 }  // namespace
@@ -29,7 +29,8 @@ constexpr std::size_t kMostUnderWay = 8;
 struct UserNames::Link {
   explicit Link(UserNames* o) : owner(o) {}
   std::mutex mutex;
-  UserNames* owner;  // written on its thread; nullptr: gone, and its executor perhaps too
+  UserNames* owner;  // used on the owner's thread; nullptr: the owner is gone, and perhaps its
+                     // executor
 };
 
 std::string uid_words(std::uint32_t uid) {
@@ -73,7 +74,7 @@ void UserNames::look_up(std::uint32_t uid) {
   };
   try {
     std::thread(job).detach();
-  } catch (const std::system_error& e) {  // no more threads: the uid has to do
+  } catch (const std::system_error& e) {  // no more threads: the uid is shown instead
     spdlog::warn("the name of {} is not looked up: {}", uid_words(uid), e.what());
     return;
   }

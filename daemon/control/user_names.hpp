@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of users, for people: the uid is what the kernel vouches for. Looked up on threads of
-// their own, because a directory service that does not answer holds its caller for minutes.
+// Finds users' names for messages. Only the uid is certain, because it comes from the kernel. Names
+// are looked up on separate threads, because a directory service that does not answer blocks its
+// caller for minutes. Used by ControlServer.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -16,23 +17,23 @@
 
 namespace lcrig {
 
-// Used from the io_context's thread; `clock` outlives it.
+// To be used on the io_context's thread. `clock` must outlive it.
 class UserNames {
  public:
-  // Called on any thread, and may take its time. None: nobody knows a name.
+  // Called on any thread; may be slow. nullopt: the user has no known name.
   using Lookup = std::function<std::optional<std::string>(std::uint32_t uid)>;
   static std::optional<std::string> of_system(std::uint32_t uid);
 
   UserNames(asio::any_io_executor executor, Clock& clock, Lookup lookup);
-  ~UserNames();  // waits for no lookup
+  ~UserNames();  // does not wait for lookups
   UserNames(const UserNames&) = delete;
   UserNames& operator=(const UserNames&) = delete;
 
-  // Begins to look a name up, unless that goes on or was done a minute ago.
+  // Starts a lookup, unless one is in progress or was done less than a minute ago.
   void look_up(std::uint32_t uid);
-  std::string known(std::uint32_t uid) const;  // now: the name, or "uid 1000"
-  // The same, but waits for the name, at most until `patience` after its lookup began: a second
-  // caller does not wait again while a service hangs.
+  std::string known(std::uint32_t uid) const;  // returns at once: the name, or "uid 1000"
+  // The same, but waits for the name until `patience` after its lookup began. A second caller
+  // therefore does not wait again while a service hangs.
   Task<std::string> find(std::uint32_t uid, Duration patience);
 
  private:
@@ -50,10 +51,10 @@ class UserNames {
   std::map<std::uint32_t, Entry> entries_;
   std::size_t under_way_ = 0;
   Condition changed_;
-  std::shared_ptr<Link> link_;  // to this, for threads that outlive it
+  std::shared_ptr<Link> link_;  // leads threads to this object, which they may outlive
 };
 
-// Words for a user whose name is not known: "uid 1000".
+// Words for a user without a known name: "uid 1000".
 std::string uid_words(std::uint32_t uid);
 
 }  // namespace lcrig

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kYes = "yes";
 
-// A line was disturbed, or nobody answered. If the run did not begin, nothing was touched.
+// Whether a line was disturbed or nobody answered. If the run did not begin, nothing was touched.
 bool is_line_trouble(Errc code) {
   switch (code) {
     case Errc::no_reply:
@@ -22,8 +22,8 @@ bool is_line_trouble(Errc code) {
   }
 }
 
-// True for failures that the terms of an entry may decide on. Everything else holds the queue:
-// stops, hazards, a disk or a program that fails, and what the frame refuses in a run.
+// Whether the terms of an entry may decide about this failure. Everything else holds the queue:
+// stops, hazards, failures of disk or program, and refusals of the frame during a run.
 bool may_be_skipped(const EntryOutcome& outcome) {
   if (!outcome.code) return false;
   switch (*outcome.code) {
@@ -34,7 +34,7 @@ bool may_be_skipped(const EntryOutcome& outcome) {
   }
 }
 
-// The closed list of what did not touch the specimen.
+// Only these failures certainly did not touch the specimen.
 bool may_be_repeated_at_once(const EntryOutcome& outcome) {
   return !outcome.begun && outcome.code && is_line_trouble(*outcome.code);
 }
@@ -59,13 +59,13 @@ Gate gate_for(QueueGate kind, const HeadFacts& head, std::string expected, std::
   return out;
 }
 
-// "take paper-1 off, put paper-2 on, then type its name"
+// Words such as "take paper-1 off, put paper-2 on, then type its name".
 std::string exchange_words(const std::optional<std::string>& before, const std::string& now) {
   const std::string off = before ? fmt::format("take {} off, ", *before) : "";
   return fmt::format("{}put {} on, then type its name", off, now);
 }
 
-// The gate of what has to be on the rig, as far as the entry names it.
+// The gate for whatever must be put on the rig, as far as the entry names it.
 std::optional<Gate> gate_of_setup(const QueueFacts& facts, const HeadFacts& head) {
   const auto& terms = head.terms;
   if (facts.on_rig != head.specimen) {
@@ -86,7 +86,7 @@ std::optional<Gate> gate_of_setup(const QueueFacts& facts, const HeadFacts& head
                               *facts.stranger, head.specimen));
 }
 
-// The last of the times that it has to wait for.
+// The latest of all times that the entry has to wait for.
 std::optional<WaitUntil> wait_of(const QueueFacts& facts, const HeadFacts& head) {
   const BeginTime begin = begin_time(head.terms, facts.now_unix_s, facts.last_end_unix_s);
   if (begin.why.empty()) return std::nullopt;
@@ -98,7 +98,7 @@ std::optional<WaitUntil> wait_of(const QueueFacts& facts, const HeadFacts& head)
   return out;
 }
 
-// EntryEnd of a failure that the terms may decide on.
+// The end of an entry whose terms decide about its failure.
 EntryEnd as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
                       EntryEnd after) {
   const std::string reason = reason_of(outcome);
@@ -114,7 +114,7 @@ EntryEnd as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std:
       after.state = EntryState::waiting;
       return after;
     case OnFailure::look:
-      if (attempts > 1) break;  // it was repeated already
+      if (attempts > 1) break;  // it has already been repeated
       return held(std::move(after), HoldCause::look, reason);
     case OnFailure::hold: break;
   }
@@ -193,7 +193,7 @@ NextAct next_act(const QueueFacts& facts) {
                            local_time(*last));
     return late;
   }
-  // First what a person has to do: then the rest goes by itself, whatever the hour.
+  // Ask a person first; afterwards the rest can go on by itself at any hour.
   if (auto gate = gate_of_setup(facts, head)) return *std::move(gate);
   if (auto wait = wait_of(facts, head)) return *std::move(wait);
   if (head.moves && !head.terms.unattended && !facts.person_there) {
@@ -208,8 +208,8 @@ EntryEnd aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std:
                       std::int64_t failures_in_row) {
   EntryEnd after;
   after.detail = outcome.reason;
-  // An entry that a hazard or a stop kept from beginning still waits. An entry that its terms
-  // decide on has failed.
+  // An entry that did not begin because of a hazard or a stop is still waiting. An entry whose
+  // terms decide has failed.
   after.state = outcome.begun ? EntryState::failed : EntryState::waiting;
   after.failures_in_row = failures_in_row + 1;
   if (outcome.status == ExitStatus::success) {
@@ -228,7 +228,7 @@ EntryEnd aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std:
     return held(std::move(after), HoldCause::aborted,
                 fmt::format("the run was {}: {}", how, reason_of(outcome)));
   }
-  // Only a person may confirm again that the specimen was not touched, so a continuation that did
+  // Only a person can confirm again that the specimen was not touched. So a continuation that did
   // not begin stays interrupted.
   after.state = outcome.resumes && !outcome.begun ? EntryState::interrupted : EntryState::failed;
   if (!may_be_skipped(outcome) || after.state == EntryState::interrupted) {

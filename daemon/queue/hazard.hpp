@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events and errors of a run after which the queue holds until a person has looked at the rig,
-// whatever a batch says. App collects them, the queue decides by them (decide.hpp).
+// Events and errors of a run after which the queue is held until a person has looked at the rig,
+// whatever a batch says. App collects them; the queue decides by them (decide.hpp).
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@
 
 namespace lcrig {
 
-// The first is the worst.
+// The worst comes first.
 enum class Hazard {
-  not_standing,  // the frame did not confirm that it stands
-  left_loaded,  // the specimen is still loaded, or nobody knows whether it is
-  frame_fault,  // E-stop, drive, shield, not_ready; or what the frame says is not believed
-  limit,  // of the protocol or of the machine
+  not_standing,  // the frame did not confirm standstill
+  left_loaded,  // the specimen is still loaded, or may be
+  frame_fault,  // E-stop, drive, shield, not_ready; or the frame is not believed
+  limit,  // of the protocol or the machine was reached
   other_instrument  // another identity answered at a port
 };
 std::string_view to_string(Hazard hazard);
@@ -25,7 +25,7 @@ std::string_view words_of(Hazard hazard);
 std::optional<Hazard> hazard_of(const EventName& kind);
 std::optional<Hazard> hazard_of(Errc code);
 
-// Keeps the worst hazard of one run, from its events and from how it ended.
+// Remembers the worst hazard of one run, from its events and its end.
 class HazardWatch {
  public:
   void take(std::optional<Hazard> hazard);

@@ -16,11 +16,11 @@ constexpr std::size_t kPageBytes = 400'000;  // of texts; an answer has at most 
 
 constexpr std::int64_t kUnixSecond_ns = 1'000'000'000;
 
-// Where the machine will be in its plan, entry by entry: rests and times of the day are waited for,
-// the time that people take at gates is not known.
+// The planned time of each entry, one after the other. It includes rests and waits for a time of
+// day, but not the unknown time that people take at gates.
 class PlannedClock {
  public:
-  // `left_s`: of the run that goes on.
+  // `left_s`: time left of the current run.
   PlannedClock(std::int64_t now_unix_ns, double left_s, std::optional<std::int64_t> last_end_ns)
       : left_s_(left_s), at_ns_(now_unix_ns), last_end_ns_(last_end_ns) {}
 
@@ -38,7 +38,7 @@ class PlannedClock {
 
  private:
   void wait_for(const std::string& terms_json) {
-    if (terms_json != terms_json_) {  // those of a batch are alike
+    if (terms_json != terms_json_) {  // entries of a batch usually have equal terms
       terms_ = parse_terms(terms_json).value_or(QueueTerms());
       terms_json_ = terms_json;
     }
@@ -57,7 +57,7 @@ class PlannedClock {
   QueueTerms terms_;
 };
 
-// The clock behind the first `skip` entries.
+// The clock after the first `skip` entries.
 Result<PlannedClock> clock_behind(const Database& db, std::int64_t now_unix_ns, double left_s,
                                   std::int64_t skip) {
   auto last_end = last_run_end_unix_ns(db);

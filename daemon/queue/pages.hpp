@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the entries of the queue from a database: for the daemon's clients, and for `lcrig queue`
-// while no daemon runs.
+// Reads the entries of the queue from a database. Used for the daemon's clients, and by `lcrig
+// queue` while no daemon runs.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@
 
 namespace lcrig {
 
-// Planned times count from `now_unix_ns`; the run that goes on has `left_s` to go. Errors: an
-// unreadable database.
+// Planned times count from `now_unix_ns`; the current run has `left_s` left. Errors: an unreadable
+// database.
 Result<QueuePage> read_queue_page(const Database& db, std::int64_t now_unix_ns, double left_s,
                                   std::int64_t skip, std::int64_t most);
 // Errors: also invalid_request, when there is no such entry.
 Result<ListedEntry> read_listed_entry(const Database& db, std::int64_t now_unix_ns, double left_s,
                                       std::int64_t entry);
-// Status of a queue while no daemon runs: it is held, whatever the daemon had written last.
+// The status of a queue while no daemon runs: it is held, whatever the last daemon stored.
 Result<QueueStatus> read_queue_at_rest(const Database& db);
 
 }  // namespace lcrig

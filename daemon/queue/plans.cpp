@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMostPlans = 1000;
 
-// Everything that a plan depends on, besides the rig.
+// Everything that a plan depends on, except the rig.
 std::string key_of(const RunRequest& run) {
   const auto parameters = to_json(run)["parameters"].dump();
   return sha256_hex(run.protocol_text) + sha256_hex(parameters) + sha256_hex(run.specimen_text);
@@ -32,7 +32,7 @@ Result<> KnownIdentities::compare(const Identity& meter, const Identity& frame, 
   return compare_or_keep(rod ? rod_ : frame_, frame);
 }
 
-// The facts about a specimen belong to one that is not on the rig any more.
+// Removes the facts about the specimen, which may not be on the rig any more.
 void QueuePlans::see(Rig rig, bool with_weights) {
   rig.compression_m = {};
   rig.specimen_least_m = {};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queue keeps of the rig. QueuePlans: the rig as it was last seen, to plan on while a run
-// goes on, and the plans already made, because a queue may repeat the same run a thousand times;
-// App owns it. KnownIdentities: the instruments of the turns before; QueueTurns has it.
+// What the queue remembers about the rig. QueuePlans: the rig as last seen, to plan during a run,
+// and the plans made, because a queue may repeat the same run a thousand times; owned by App.
+// KnownIdentities: the instruments of the queue's earlier runs; owned by QueueTurns.
 #pragma once
 
 #include <map>
@@ -17,13 +17,13 @@ namespace lcrig {
 
 class QueuePlans {
  public:
-  // A rod with weights is another rig than the frame.
+  // A rod with weights is another rig than the frame, and is kept apart.
   void see(Rig rig, bool with_weights);
   const std::optional<Rig>& last_rig(bool with_weights) const {
     return with_weights ? rod_ : frame_;
   }
 
-  // `run` has the texts of its protocol and its specimen.
+  // `run` must contain the texts of its protocol and its specimen.
   std::optional<EntryPlan> find(const RunRequest& run) const;
   void keep(const RunRequest& run, const EntryPlan& plan);
   void forget() { plans_.clear(); }
@@ -38,12 +38,12 @@ class QueuePlans {
   std::map<std::string, EntryPlan> plans_;
 };
 
-// Remembers which instruments answered at the first turn after a person started the queue. Each
-// later turn is compared with them: no other instrument is commanded without a person's word.
+// Remembers which instruments answered at the first run after a person started the queue. Each
+// later run is compared with them: without a person's consent no other instrument is commanded.
 class KnownIdentities {
  public:
-  // Errors: refused; says who answered instead of whom. `rod`: weights stand for the frame, which
-  // is another instrument than the frame that moves.
+  // Errors: refused, saying who answered instead. `rod`: a rod with weights is used, which is
+  // another instrument than the frame.
   Result<> compare(const Identity& meter, const Identity& frame, bool rod);
 
  private:
@@ -51,7 +51,7 @@ class KnownIdentities {
 };
 
 EntryPlan entry_plan(const Plan& plan, bool moves);
-// The rig could not be asked: an entry is queued without a plan, and planned before it begins.
+// The rig could not be asked: the entry is queued without a plan, and planned before it begins.
 bool is_no_refusal(Errc code);
 
 }  // namespace lcrig

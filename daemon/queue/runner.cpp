@@ -19,10 +19,10 @@ using nlohmann::json;
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr Duration kLongestLook = 10s;  // a time of the day may come sooner: the clock may be set
-constexpr Duration kPresence = 15min;  // of a person who acted; a time may have been waited for
-constexpr Duration kBetweenTries = 10s;  // of what is repeated by itself
-constexpr std::size_t kLongestReason = 500;  // characters in the journal
+constexpr Duration kLongestLook = 10s;  // a waited-for time may come sooner when the clock is set
+constexpr Duration kPresence = 15min;  // after which a person who acted may be gone
+constexpr Duration kBetweenTries = 10s;  // between repeated attempts
+constexpr std::size_t kLongestReason = 500;  // characters of a reason in the journal
 
 std::int64_t wall_offset_ns(const Clock& clock) {
   return clock.unix_ns() - clock.now().time_since_epoch().count();
@@ -59,7 +59,7 @@ EntryOutcome outcome_of(const TurnEnd& end, const QueueListing& entry) {
   return out;
 }
 
-// Stores what follows from an outcome. nullopt: somebody held the queue before the entry began.
+// Stores the consequences of an outcome. nullopt: somebody held the queue before the entry began.
 Result<std::optional<EntryEnd>> settle_turn(const Database& db, std::int64_t entry,
                                             const TurnEnd& end, const QueueActor& who) {
   auto listing = get_queue_entry(db, entry);
@@ -131,7 +131,7 @@ QueueFacts QueueRunner::facts_of(const Look& look) const {
   head.protocol = look.head->protocol_name;
   head.specimen = look.head->specimen_name;
   head.moves = parse_entry_plan(look.head->plan_json).moves;
-  // Terms that do not parse are the strictest.
+  // If the terms do not parse, the strictest apply.
   if (const auto terms = parse_terms(look.head->terms_json)) head.terms = *terms;
   out.head = std::move(head);
   return out;
@@ -155,14 +155,14 @@ Task<Result<NextAct>> QueueRunner::look() {
   }
   NextAct next = next_act(facts_of(*look));
   show_look(*look, next);
-  // From the instant on in which somebody could read that it waits for a time.
+  // The clock is watched from the moment when clients can see that the queue waits for a time.
   if (std::holds_alternative<WaitUntil>(next) && !waiting_offset_ns_) {
     waiting_offset_ns_ = wall_offset_ns(clock_);
   }
   co_return next;
 }
 
-// Looks, and does one thing or waits until something changed.
+// Looks at the queue, and does one thing or waits for a change.
 Task<> QueueRunner::step() {
   const std::uint64_t seen = wakes_;
   auto next = co_await look();
@@ -189,7 +189,8 @@ Task<> QueueRunner::step() {
   }
 }
 
-// A person who sets the clock by hours may not know that a run waits for it.
+// How far the clock was set. A person who sets it by hours may not know that a run waits for a
+// time.
 std::optional<double> QueueRunner::clock_step_s(const NextAct& next) {
   constexpr std::int64_t kStep_ns = 2 * kSecond_ns;
   const std::int64_t offset_ns = wall_offset_ns(clock_);
@@ -214,7 +215,7 @@ Task<> QueueRunner::wait_for_change(std::uint64_t seen, Duration patience) {
   co_await changed_.wait(changed, limit);
 }
 
-// Updates the status that clients see, and logs a gate when it first appears.
+// Updates the status that clients see. Logs a gate when it first appears.
 void QueueRunner::show_look(const Look& look, const NextAct& next) {
   const Gate* gate = std::get_if<Gate>(&next);
   const std::string before = status_.prompt;
@@ -261,7 +262,7 @@ Task<> QueueRunner::hold_by_itself(HoldCause cause, std::string why) {
   if (!held) co_await wait_for_change(seen, kBetweenTries);
 }
 
-// The entry with its texts; what it needs is there.
+// The entry with its texts, checked for the disk space that it needs.
 Task<Result<TurnOfQueue>> QueueRunner::turn_of(std::int64_t entry) {
   const auto job = [this, entry](const Database& db) -> Result<TurnOfQueue> {
     auto stored = get_queued_run(db, entry);
@@ -298,7 +299,7 @@ Task<> QueueRunner::take_turn(std::int64_t entry) {
     stranger_.emplace(entry, *end.stranger);
     co_return;
   }
-  // Somebody else was quicker, and it is the turn of this entry afterwards.
+  // Somebody else was quicker; this entry begins after that run.
   if (!end.outcome && end.outcome.error().code == Errc::busy) {
     co_await wait_for_change(seen, kBetweenTries);
     co_return;
@@ -306,7 +307,7 @@ Task<> QueueRunner::take_turn(std::int64_t entry) {
   co_await store_end(entry, std::move(end));
 }
 
-// Until it is stored, the entry is at the head and nothing else begins.
+// Tries until the end is stored. Until then the entry stays at the head and nothing else begins.
 Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
   for (;;) {
     const QueueActor who = QueueActor::itself(clock_.unix_ns());
@@ -318,7 +319,7 @@ Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
     if (!after) {
       spdlog::error("how entry {} of the queue ended is not stored: {}", entry,
                     printable(after.error().what, kLongestReason));
-      if (ending_) co_return;  // the next start finds out from the run
+      if (ending_) co_return;  // the next start finds the end in the run
       co_await wait_for_change(seen, kBetweenTries);
       continue;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the queued entries: looks at the stored queue, asks decide.hpp what to do, does it, and
-// stores the result. It knows only what it has read from the database. App owns it.
+// Runs the queued entries: reads the stored queue, asks decide.hpp what to do, does it, and stores
+// the result. It relies only on what it reads from the database. Owned by App.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -19,24 +19,24 @@ struct WantedBatch;
 
 class QueueRunner final : public QueueHandler {
  public:
-  // `clock` and `host` outlive it.
+  // `clock` and `host` must outlive it.
   QueueRunner(asio::any_io_executor executor, Clock& clock, QueueHost& host, std::string database,
               std::string vfs);
 
-  // Settles what a crash left, before anybody can ask. True: it was going then.
+  // Settles what a crash left, before clients can ask. True: the queue was going then.
   Result<bool> open(const Database& db);
-  // Until `end`.
+  // Runs until `end`.
   Task<> run();
-  // No other entry begins. `run` returns once the one that runs is stored as ended.
+  // Lets no other entry begin. `run` returns once the end of the current entry is stored.
   void end();
   bool over() const { return over_; }
 
-  // Something changed that may let an entry begin.
+  // Call after a change that may let an entry begin.
   void wake();
-  // Its turn is now, or comes as soon as a gate opens.
+  // The queue is started: an entry runs, or will when a gate opens.
   bool goes() const { return status_.going; }
   const QueueStatus& status() const { return status_; }
-  // A gate waits for consent to a motion, and for nothing else.
+  // A gate waits only for consent to a motion.
   bool awaits_consent() const { return gate_ && gate_->kind == QueueGate::person; }
 
   Task<Result<QueueAdded>> add(QueueAdd wanted, PeerCredentials peer) override;
@@ -56,17 +56,17 @@ class QueueRunner final : public QueueHandler {
                         PeerCredentials peer) override;
 
  private:
-  // The stored queue, as far as it decides what is next.
+  // The part of the stored queue that decides what is next.
   struct Look {
     QueueState state;
     std::int64_t count = 0;
     std::optional<QueueListing> head;
-    std::optional<std::int64_t> last_end_unix_ns;  // of a run of anybody
+    std::optional<std::int64_t> last_end_unix_ns;  // of any run
   };
   static Result<Look> look_at(const Database& db);
   QueueFacts facts_of(const Look& look) const;
   Task<> step();
-  // Finds the next act and updates the status.
+  // Decides the next act and updates the status.
   Task<Result<NextAct>> look();
   void show_look(const Look& look, const NextAct& next);
   Task<> wait_for_change(std::uint64_t seen, Duration patience);
@@ -81,12 +81,13 @@ class QueueRunner final : public QueueHandler {
   Task<Result<>> plan_batch(WantedBatch& batch);
   Task<Result<>> store_answer(Gate gate, PeerCredentials peer);
   Task<QueueActor> actor(PeerCredentials peer);
-  // Nobody else locked it, and the disk has room for what waits and for so much more.
+  // Whether nobody else has locked the queue and the disk has room for all waiting runs and for
+  // `bytes` more.
   Result<> may_add(const Database& db, const QueueActor& who, std::int64_t bytes) const;
-  // Changes the queue unless somebody else locked it. `tell_change` follows.
+  // Changes the queue unless somebody else locked it. Call `tell_change` afterwards.
   template <class Job>
   Task<Result<>> change(Job job, PeerCredentials peer);
-  // The status is that of after a change before its client has the answer, also in a run.
+  // Updates the status before the client that made the change gets its answer, also during a run.
   Task<> tell_change();
 
   Clock& clock_;
@@ -95,16 +96,17 @@ class QueueRunner final : public QueueHandler {
   Condition changed_;
   std::uint64_t wakes_ = 0;
   QueueStatus status_;
-  std::optional<Gate> gate_;  // that is shut
-  std::optional<MonoTime> person_seen_;  // acted then, and no turn began since
-  // Probe and fixture on the rig, as a person named them; forgotten by a restart.
+  std::optional<Gate> gate_;  // the closed gate
+  std::optional<MonoTime> person_seen_;  // when a person last acted, if no run has begun since
+  // Probe and fixture on the rig, as a person named them; unknown after a restart.
   std::optional<std::string> probe_, fixture_;
-  // The entry whose specimen does not show what it should, and the one that a person vouched for.
+  // The entry whose specimen does not show the expected capacitance, and the entry that a person
+  // approved nevertheless.
   std::optional<std::pair<std::int64_t, std::string>> stranger_;
   std::int64_t vouched_ = 0;
   std::optional<std::int64_t>
-      waiting_offset_ns_;  // wall clock minus ours, while a time is waited for
-  bool answering_ = false;  // the answer to a gate is being stored
+      waiting_offset_ns_;  // wall clock minus our clock, during a wait for a time
+  bool answering_ = false;  // an answer at a gate is being stored
   bool ending_ = false, over_ = false;
 };
 

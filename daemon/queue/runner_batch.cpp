@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of runs, checked and planned as a whole, then queued in one transaction.
+// Checks and plans a table of runs as a whole, then queues it in one transaction.
 #include <algorithm>
 #include <utility>
 
@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kEnoughRefusals = 20;  // of plans; each takes a while
+constexpr std::size_t kEnoughRefusals = 20;  // of plans, each of which takes a while
 
 Result<BatchFile> sent_file(const std::map<std::string, BatchFile>& files, const char* noun,
                             const std::string& word) {
@@ -33,7 +33,7 @@ RunRequest request_of_row(const BatchEntry& row, const std::string& operator_nam
   return out;
 }
 
-// Rows that want the same run.
+// Equal for rows that ask for the same run.
 std::string key_of_row(const BatchEntry& row) {
   std::string key = row.specimen_name + '\n' + row.protocol_text + '\n';
   for (const auto& [name, value] : row.parameters) {
@@ -44,7 +44,7 @@ std::string key_of_row(const BatchEntry& row) {
 
 }  // namespace
 
-// A specimen without a text is one that the daemon may know.
+// A specimen without a text may be known to the daemon.
 Result<WantedBatch> read_wanted_batch(const BatchAdd& wanted) {
   WantedBatch out;
   auto read = keep(read_batch_table(wanted.table, wanted.file_name), out.table);
@@ -71,7 +71,7 @@ Result<WantedBatch> read_wanted_batch(const BatchAdd& wanted) {
   return out;
 }
 
-// Each kind of run once: the first one looks at the rig.
+// Plans each kind of run once; the first one looks at the rig.
 Task<Result<>> QueueRunner::plan_batch(WantedBatch& batch) {
   BatchMistakes wrong;
   std::size_t refusals = 0;
@@ -117,7 +117,7 @@ BatchAdded sum_of_batch(const WantedBatch& batch) {
   return out;
 }
 
-// Queues what was read and planned.
+// Queues the runs that were read and planned.
 Result<std::vector<std::int64_t>> store_batch(const Database& db, const BatchAdd& wanted,
                                               const WantedBatch& batch, const QueueActor& who) {
   StoredBatch stored;
@@ -126,7 +126,7 @@ Result<std::vector<std::int64_t>> store_batch(const Database& db, const BatchAdd
   stored.order = wanted.order;
   if (wanted.order != BatchOrder::given) stored.seed = wanted.seed;
   QueuedRun run;
-  std::size_t made = batch.rows.size();  // the row that `run` is made of
+  std::size_t made = batch.rows.size();  // the row from which `run` was made
   const auto run_at = [&](std::size_t i) {
     const BatchTurn& turn = batch.turns[i];
     if (turn.row != made) {

@@ -46,7 +46,7 @@ QueuedRun stored_form(const RunRequest& run, const QueueTerms& terms, const Entr
 
 Task<> QueueRunner::tell_change() {
   auto next = co_await look();
-  static_cast<void>(next);  // `run` looks, too, and does it
+  static_cast<void>(next);  // only updates the status; `run` acts
   wake();
 }
 
@@ -186,7 +186,7 @@ Task<Result<>> QueueRunner::answer(std::string text, std::optional<std::int64_t>
     spdlog::warn("a gate of the queue stays shut: {}", printable(right.error().what));
     co_return right;
   }
-  // A second answer that comes meanwhile finds no gate.
+  // An answer that comes meanwhile finds no gate.
   Gate gate = *std::exchange(gate_, std::nullopt);
   answering_ = true;
   auto stored = co_await store_answer(std::move(gate), std::move(peer));
@@ -208,7 +208,7 @@ Task<Result<>> QueueRunner::store_answer(Gate gate, PeerCredentials peer) {
   person_seen_ = clock_.now();
   if (gate.kind == QueueGate::probe) probe_ = gate.expected;
   if (gate.kind == QueueGate::fixture) fixture_ = gate.expected;
-  if (gate.kind == QueueGate::specimen) stranger_.reset();  // another one is on now
+  if (gate.kind == QueueGate::specimen) stranger_.reset();  // another specimen is on the rig now
   if (gate.kind == QueueGate::stranger) {
     stranger_.reset();
     vouched_ = gate.entry;

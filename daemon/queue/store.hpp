@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The queue's own connection to the database, used beside the loop: another program may hold the
-// database for seconds. One job at a time.
+// The queue's own connection to the database. It works aside, because another program may lock the
+// database for seconds. One job at a time. Used by QueueRunner.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -18,7 +18,7 @@ namespace lcrig {
 
 class QueueStore {
  public:
-  // `clock` outlives it. The database is there already.
+  // `clock` must outlive it. The database must exist.
   QueueStore(asio::any_io_executor executor, Clock& clock, std::string path, std::string vfs)
       : executor_(std::move(executor)),
         clock_(clock),
@@ -26,7 +26,7 @@ class QueueStore {
         vfs_(std::move(vfs)),
         free_(clock) {}
 
-  // Returns the Result of `job`, or why the database could not be opened.
+  // Runs `job` and returns its Result, or the error of opening the database.
   template <class Job>
   Task<std::invoke_result_t<Job&, const Database&>> with(Job job) {
     using JobResult = std::invoke_result_t<Job&, const Database&>;
@@ -36,7 +36,7 @@ class QueueStore {
     const auto aside = [this, &job]() -> JobResult {
       if (auto there = connect(); !there) return fail(there.error());
       auto answer = job(std::as_const(*db_));
-      // A connection that met an I/O error is not to be trusted.
+      // After an I/O error a connection cannot be trusted.
       if (!answer && db_->needs_reopening()) db_.reset();
       return answer;
     };
@@ -45,12 +45,12 @@ class QueueStore {
     free_.notify_all();
     co_return answer;
   }
-  // Returns when no job is under way.
+  // Returns when no job is in progress.
   Task<> settle() {
     const auto is_free = [this] { return !busy_; };
     co_await free_.wait(is_free);
   }
-  // For the runs that wait; each is asked for again when it begins.
+  // Checks the disk for the waiting runs. Each run is checked again when it begins.
   Result<> check_room(std::int64_t bytes) const { return require_room(path_, bytes); }
 
  private:

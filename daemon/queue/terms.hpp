@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The terms of an entry of the queue: when it may begin, what has to be on the rig, what is done
-// after a failure, and whether it may move the frame while nobody is there. The queue's decisions
-// and the control socket use them.
+// The terms of an entry of the queue: when it may begin, what has to be on the rig, what follows a
+// failure, and whether it may move the frame with nobody present. Used by the queue's decisions and
+// the control socket.
 #pragma once
 
 #include <cstdint>
@@ -21,20 +21,20 @@ class ParamsReader;
 
 struct QueueTerms {
   OnFailure on_failure = OnFailure::hold;
-  std::int64_t failures_max = 3;  // in a row, of whatever entries; then the queue holds
-  bool unattended = false;  // may move the frame without a person
-  double rest_s = 0;  // since the last run ended
-  std::optional<std::int64_t> not_before_unix_s, not_after_unix_s;  // when it may begin
+  std::int64_t failures_max = 3;  // in a row, of any entries; then the queue is held
+  bool unattended = false;  // it may move the frame with nobody present
+  double rest_s = 0;  // after the end of the last run
+  std::optional<std::int64_t> not_before_unix_s, not_after_unix_s;  // earliest and latest begin
   std::optional<DayWindow> between;
-  std::string probe, fixture;  // as people call them; empty: whichever is there
+  std::string probe, fixture;  // as people name them; empty: any
 };
 
-// The members of an object that are terms. What is missing has its default.
+// Reads the members of an object that are terms. Missing ones have their defaults.
 void read_terms(ParamsReader& in, QueueTerms& out);
-// A term in a row of a batch replaces the one for all rows.
+// Terms of a row replace those for all rows.
 QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row);
 nlohmann::json to_json(const QueueTerms& terms);
-// As stored. Errors: garbled.
+// Reads stored terms. Errors: garbled.
 Result<QueueTerms> parse_terms(std::string_view json_text);
 
 }  // namespace lcrig

@@ -23,7 +23,7 @@ std::optional<std::int64_t> positive(std::int64_t value) {
   return value;
 }
 
-// The value columns of lcr_reading: the function says which two are meant.
+// The value columns of lcr_reading. The meter's function decides which two are filled.
 struct Values {
   std::optional<double> capacitance, dissipation, resistance, reactance, impedance, phase_rad,
       phase_deg;
@@ -76,7 +76,7 @@ Result<> BatchWriter::write(const Database& db, std::int64_t run, const Batch& b
                             const RunEnd* end) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  // Read anew each time: a note may have been added by another connection.
+  // Read each time, because another connection may have added a note.
   auto head = chain_->head(run);
   if (!head) return fail(head.error());
   Batch nothing;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of one run on their way to the database, and the statements that store them.
+// Collects the rows of one run for the database, and stores them. Used by the recorder.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct Batch {
   std::vector<RunEvent> events;
   std::vector<TaggedReading> readings;
   std::vector<FrameSample> samples;
-  std::optional<MonoTime> oldest;  // on the real clock: when the first row was queued
+  std::optional<MonoTime> oldest;  // when the first row was queued, by the real clock
 
   std::size_t rows() const {
     return levels.size() + events.size() + readings.size() + samples.size();
@@ -28,14 +28,15 @@ struct Batch {
   void clear();  // keeps the memory
 };
 
-// Stores batches, each in one transaction with one link of the hash chain. One thread.
+// Stores batches, each in one transaction with one link of the hash chain. To be used on one
+// thread.
 class BatchWriter {
  public:
   static Result<BatchWriter> prepare(const Database& db);
-  // All of `batch`, and the run's end if given; nothing on error. Calling it again with the same
-  // rows after an error never stores them twice, even if the failed COMMIT reached the disk.
+  // Stores all of `batch`, and the run's end if given; after an error, nothing. Repeating it with
+  // the same rows never stores them twice, even if the failed COMMIT had reached the disk.
   Result<> write(const Database& db, std::int64_t run, const Batch& batch, const RunEnd* end);
-  // The link whose COMMIT failed: hand it to the writer of a reopened connection.
+  // The link whose COMMIT failed. Pass it to the writer of a reopened connection.
   const std::optional<Sha256>& failed_attempt() const { return failed_attempt_; }
   void set_failed_attempt(std::optional<Sha256> hash) { failed_attempt_ = hash; }
 

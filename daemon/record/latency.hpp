@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A histogram of durations in constant memory, for percentiles of a whole run. The recorder
-// measures its acknowledgements with it.
+// measures its commits with it.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace lcrig {
 
-// Buckets grow by 1/16 of a power of two: percentiles are exact within 6.3 % (upper edge), the
+// Buckets grow by 1/16 of a power of two. Percentiles are exact within 6.3 % (upper edge), the
 // maximum exactly.
 class LatencyHistogram {
  public:

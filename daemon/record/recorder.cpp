@@ -13,13 +13,13 @@ namespace lcrig {
 
 namespace {
 
-// Interval between commits in virtual time. At each commit one thread waits for the other.
+// Interval between commits in virtual time. Each commit makes one thread wait for the other.
 constexpr Duration kVirtualCommitInterval = std::chrono::milliseconds(50);
 constexpr Duration kRehearsalCommitInterval = std::chrono::seconds(1);
 
 }  // namespace
 
-// Something a coroutine waits for. The writer thread fills the result, then it is signalled.
+// A request that a coroutine waits for. The writer thread fills in the result and then signals.
 struct Recorder::Request {
   enum class Kind { begin, flush, end };
   Request(asio::io_context& io, Kind k) : kind(k), done(io, 1) {}
@@ -70,7 +70,7 @@ CommitStats Recorder::stats() const {
 std::optional<std::uint64_t> Recorder::beats() const {
   const std::lock_guard lock(mutex_);
   if (queued_ == 0 && requests_.empty()) return std::nullopt;
-  if (fault_) return std::nullopt;  // told already; the run ends by it
+  if (fault_) return std::nullopt;  // reported already; the run ends because of it
   return stats_.commits + attempts_;
 }
 
@@ -78,7 +78,7 @@ std::uint64_t Recorder::progress() const {
   return locked([this] { return stats_.commits + attempts_; });
 }
 
-// On the io_context's thread, unless the recorder is gone by then.
+// Calls the listener on the io_context's thread, unless the recorder is gone by then.
 template <class Call, class... Args>
 void Recorder::tell(Call Listener::* call, Args... args) {
   asio::post(io_, [this, alive = std::weak_ptr<int>(alive_), call, ... args = std::move(args)] {
@@ -117,7 +117,7 @@ void Recorder::push(std::size_t rows, Add add) {
   if (2 * queued > options_.max_queued_rows) due_.notify();
 }
 
-// Virtual time only: the writer thread takes rows when it is told to, and is waited for.
+// In virtual time only: has the writer thread take the rows, and waits for it.
 Task<> Recorder::commit_soon(std::weak_ptr<int> alive) {
   const MonoTime due = clock_.now() + (options_.sync_each_commit ? kVirtualCommitInterval
                                                                  : kRehearsalCommitInterval);
@@ -185,7 +185,7 @@ Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {
   co_return request->end;
 }
 
-// --- writer thread ---
+// The functions from here on run on the writer thread.
 
 void Recorder::write_loop() {
   std::vector<std::shared_ptr<Request>> requests;
@@ -199,7 +199,7 @@ void Recorder::write_loop() {
   }
 }
 
-// Waits for work and takes all of it. While there is a fault, rows stay queued for end_run.
+// Waits for work and takes all of it. After a fault, rows stay queued for end_run.
 bool Recorder::take(std::vector<std::shared_ptr<Request>>& requests) {
   std::unique_lock lock(mutex_);
   const auto rows_ready = [this] { return !fault_ && incoming_.rows() > 0; };
@@ -220,7 +220,7 @@ void Recorder::commit_taken() {
   }
 }
 
-// Waits for another program that holds the lock.
+// Commits, and waits as long as another program holds the lock.
 Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   while (true) {
@@ -280,7 +280,7 @@ Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
   return {};
 }
 
-// From either thread; reported once.
+// Called from either thread. Reports only the first fault.
 void Recorder::set_fault(Error error) {
   {
     const std::lock_guard lock(mutex_);

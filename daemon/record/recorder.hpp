@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stores a run: rows go into a bounded queue, one writer thread commits whatever has arrived. At
-// the rates of a rig every reading gets its own commit at once; under a burst commits grow by
-// themselves. In virtual time a commit takes what arrived in 50 ms (a rehearsal: 1 s), and time
-// stands still until it is done: a slow disk or a busy computer changes nothing.
+// Stores a run: rows go into a bounded queue, and one writer thread commits whatever has arrived.
+// At the rates of a rig every reading gets its own commit at once; in a burst commits become
+// larger. In virtual time a commit takes the rows of 50 ms (in a rehearsal: 1 s), and time stands
+// still until it is done, so that a slow disk or a busy computer changes nothing. Used by the
+// daemon's sessions.
 //
-// Another program that holds the database's write lock is waited for, while rows gather in memory.
+// If another program holds the database's write lock, commits wait and rows gather in memory.
 //
-// Faults. A commit that fails is rolled back and its rows stay in memory; the fault is reported
-// once, later rows are queued behind. `end_run` frees the reserve file (disk full) or reopens the
-// database (I/O error, failed fsync), stores what is in memory, and closes the run. Rows that could
-// not be stored, or were more than the queue holds, make the run `fail` and are counted in its
+// Faults. A commit that fails is rolled back, and its rows stay in memory. The fault is reported
+// once, and later rows are queued. `end_run` frees the reserve file (disk full) or reopens the
+// database (I/O error, failed fsync), stores the rows in memory, and closes the run. If rows could
+// not be stored, or did not fit into the queue, the run ends as `fail`, with their number in its
 // reason.
 #pragma once
 
@@ -30,11 +31,11 @@
 
 namespace lcrig {
 
-// The rows that one commit made durable. Only from here on may they be shown or sent to anybody.
+// The rows that one commit made durable. Before that they must not be shown or sent to anybody.
 struct Committed {
   std::int64_t run = 0;
   std::size_t levels = 0, readings = 0, samples = 0;
-  std::size_t measure_readings = 0;  // readings that a `measure` step counted
+  std::size_t measure_readings = 0;  // of them, those taken by `measure` steps
   std::vector<RunEvent> events;
   std::optional<LcrReading> last_reading;
   std::optional<FrameSample> last_sample;
@@ -42,34 +43,34 @@ struct Committed {
 
 struct CommitStats {
   std::uint64_t commits = 0, rows = 0;
-  LatencyHistogram commit;  // BEGIN to the end of COMMIT
-  LatencyHistogram queued;  // first row queued to the end of COMMIT
+  LatencyHistogram commit;  // from BEGIN to the end of COMMIT
+  LatencyHistogram queued;  // from the first queued row to the end of COMMIT
 };
 
-// Used from the io_context's thread, which must outlive it. All callbacks run there.
+// To be used on the io_context's thread, which must outlive it. All callbacks run there.
 class Recorder final : public RunSink {
  public:
   struct Options {
     explicit Options(std::string database_path) : path(std::move(database_path)) {}
     std::string path;
-    std::string vfs;  // of SQLite; empty: the operating system's
+    std::string vfs;  // SQLite's VFS; empty: the operating system's
     std::size_t max_queued_rows = 200'000;  // about 40 MB
-    // Kept for the end of a run on a disk that is full: 5.5 minutes of `finally`, as long as the
-    // service may take for it, at 50 Hz, twice over; and what waited until then.
+    // Reserved for the end of a run on a full disk: twice the rows of 5.5 minutes of `finally` (the
+    // longest that the service allows) at 50 Hz, and the rows that waited until then.
     std::int64_t reserve_bytes = 8 << 20;
-    // False, for rehearsals: a commit takes what arrived in 1 s, and only the end of a run waits
-    // for the disk. A power cut costs the rehearsal, not the database.
+    // False for rehearsals: a commit takes the rows of 1 s, and only the end of a run waits for the
+    // disk. A power cut then loses the rehearsal, but does not damage the database.
     bool sync_each_commit = true;
-    // How long rows wait for another program's lock, and how often that is told meanwhile. A
-    // program that is forgotten with an open transaction must not end a run of hours at once; what
-    // waits is lost if the power goes.
+    // How long rows wait for another program's lock, and how often the wait is reported. A program
+    // that was forgotten in an open transaction should not end a long run at once. Rows that wait
+    // are lost if the power fails.
     Duration lock_patience = std::chrono::seconds(60), lock_attempt = std::chrono::seconds(5);
   };
 
-  // Locks, migrates and opens the database and closes orphaned runs.
+  // Locks, migrates and opens the database, and closes orphaned runs.
   static Result<std::unique_ptr<Recorder>> open(asio::io_context& io, Clock& clock,
                                                 Options options);
-  ~Recorder() override;  // commits what is queued
+  ~Recorder() override;  // commits the queued rows
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
@@ -77,23 +78,23 @@ class Recorder final : public RunSink {
   struct Listener {
     std::function<void(const Committed&)> committed;
     std::function<void(const Error&)> fault;
-    // Another program holds the lock of the database, and rows wait. Told after each
+    // Another program holds the lock of the database, and rows wait. Called after each
     // `lock_attempt`.
     std::function<void(Duration waited, std::size_t rows)> locked;
-    // The file was moved, replaced or deleted in the run. Told once for each run, after the commit
-    // that noticed it; rows are still written to the file and to its log.
+    // The file was moved, replaced or deleted during the run. Called once per run, after the commit
+    // that noticed it. Rows are still written to that file and its log.
     std::function<void()> moved;
   };
   void set_listener(Listener listener) { listener_ = std::move(listener); }
   const std::vector<std::int64_t>& interrupted_runs() const { return owned_.interrupted; }
 
-  // The run row is committed when it returns the run's number. One run at a time.
+  // Returns the number of the run when its row is committed. One run at a time.
   Task<Result<std::int64_t>> begin_run(RunRow row);
-  // Everything queued and the run's end are committed when it returns; later rows are not stored.
-  // The end as it was stored: `fail`, with the reason, when rows were lost.
+  // Returns when all queued rows and the end of the run are committed; later rows are not stored.
+  // The result is the stored end: `fail`, with the reason, when rows were lost.
   Task<Result<RunEnd>> end_run(ExitStatus status, std::string reason);
 
-  // Rows outside a run are not stored.
+  // Queue rows. Outside a run they are dropped.
   void reading(const LcrReading& reading, const ReadingTag& tag) override;
   void samples(std::span<const FrameSample> samples) override;
   void level(const LoadLevel& level) override;
@@ -101,10 +102,9 @@ class Recorder final : public RunSink {
   Task<Result<>> flush() override;
 
   CommitStats stats() const;
-  // For the watchdog: commits and attempts at a lock so far; nullopt while nothing waits to be
-  // committed.
+  // For the watchdog: the number of commits and of attempts at a lock; nullopt while nothing waits.
   std::optional<std::uint64_t> beats() const;
-  // The same count, also when nothing waits: for a caller that waits for `end_run`.
+  // The same number even when nothing waits, for a caller that waits for `end_run`.
   std::uint64_t progress() const;
   const std::string& path() const { return options_.path; }
 
@@ -113,12 +113,12 @@ class Recorder final : public RunSink {
   Recorder(asio::io_context& io, Clock& clock, Options options, OwnedDatabase owned,
            BatchWriter writer);
 
-  // io_context's thread
+  // Called on the io_context's thread.
   template <class Add>
   void push(std::size_t rows, Add add);
   Task<Result<>> submit(std::shared_ptr<Request> request);
   Task<> commit_soon(std::weak_ptr<int> alive);
-  // What `read` finds under the mutex.
+  // Calls `read` under the mutex and returns its result.
   template <class Read>
   auto locked(Read read) const {
     const std::lock_guard lock(mutex_);
@@ -131,7 +131,7 @@ class Recorder final : public RunSink {
   template <class Call, class... Args>
   void tell(Call Listener::* call, Args... args);
 
-  // writer thread
+  // Called on the writer thread.
   void write_loop();
   bool take(std::vector<std::shared_ptr<Request>>& requests);
   void commit_taken();
@@ -157,34 +157,34 @@ class Recorder final : public RunSink {
   Clock& clock_;
   VirtualClock* virtual_;
   Options options_;
-  std::shared_ptr<int> alive_;  // callbacks that are still posted when this is gone do nothing
+  std::shared_ptr<int> alive_;  // lets posted callbacks see that this object is gone
 
-  // io_context's thread
+  // Used on the io_context's thread.
   Listener listener_;
-  Wakeup due_;  // of the next commit in virtual time
-  bool is_due_ = false;  // there will be one
+  Wakeup due_;  // forces the next commit in virtual time
+  bool is_due_ = false;  // a commit is scheduled
   bool accepting_ = false;
 
-  // Under mutex_.
+  // Guarded by mutex_.
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   Batch incoming_;
   std::vector<std::shared_ptr<Request>> requests_;
   std::size_t queued_ = 0;  // rows in incoming_ and writing_
-  std::size_t lost_ = 0;  // rows beyond the bound, of this run
+  std::size_t lost_ = 0;  // rows of this run that did not fit into the queue
   std::optional<Error> fault_;
   bool stop_ = false;
   std::uint64_t attempts_ = 0;  // at a lock that another program held
   CommitStats stats_;
 
-  // writer thread
+  // Used on the writer thread.
   OwnedDatabase owned_;  // its `interrupted` never changes
   std::optional<BatchWriter> writer_;
-  Batch writing_;  // taken from the queue, not committed yet
+  Batch writing_;  // taken from the queue, but not committed
   std::int64_t run_ = 0;
   bool reopen_first_ = false;  // the last failed commit was an I/O error
-  std::optional<MonoTime> locked_since_;  // by another program; nullopt: the last commit was done
-  bool moved_ = false;  // the file, in this run
+  std::optional<MonoTime> locked_since_;  // by another program; nullopt: the last commit succeeded
+  bool moved_ = false;  // the file was moved during this run
   std::thread thread_;
 };
 

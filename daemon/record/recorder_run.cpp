@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recorder's writer thread: how a run begins and ends, and what is done after a fault.
+// The recorder's writer thread: the begin and end of a run, and the repair of faults.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -22,7 +22,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
                 "the daemon before",
                 options_.path, beside_database(options_.path, "-wal"));
   }
-  if (has_fault()) {  // the last run could not even be closed
+  if (has_fault()) {  // the previous run could not even be closed
     if (auto r = reopen(); !r) return fail(r.error());
     if (auto r = close_orphaned_runs(owned_.db, row.started_unix_ns); !r) return fail(r.error());
   }
@@ -49,7 +49,7 @@ void Recorder::forget_rows() {
   fault_.reset();
 }
 
-// The lock of a run is held from before its row can be seen until the run has ended.
+// The lock of a run is taken before its row can be seen, and held until the run has ended.
 Result<std::int64_t> Recorder::insert_claimed(const RunRow& row) {
   auto run = next_run_number(owned_.db);
   if (!run) return run;
@@ -59,8 +59,9 @@ Result<std::int64_t> Recorder::insert_claimed(const RunRow& row) {
   return run;
 }
 
-// Stores what a fault left in memory, then the rest and the end. Should that be impossible, the end
-// alone, which says so; but where another program holds the lock nothing can be stored.
+// Stores the rows that a fault left in memory, then the remaining ones and the end. If that is
+// impossible, stores the end alone, which says so. While another program holds the lock, nothing
+// can be stored.
 Result<> Recorder::end_in_database(RunEnd& end) {
   const bool faulted = has_fault();
   const std::size_t lost = locked([this] { return lost_; });
@@ -77,15 +78,15 @@ Result<> Recorder::end_in_database(RunEnd& end) {
     return fail(stored.error().code, "{}; the last rows of run {} and its end are not stored",
                 stored.error().what, run_);
   }
-  // The run is as good without it: the anchor can be read from the database later.
+  // An error does not matter: the anchor can be read from the database later.
   if (auto anchor = get_anchor(owned_.db, run_)) end.anchor = *anchor;
   end.moved = owned_.db.has_moved();
   forget_rows();
   return {};
 }
 
-// A first failure is repaired and tried once more, unless another program holds the lock: that has
-// been waited for.
+// After a first failure repairs and tries once more, except for another program's lock, which has
+// been waited for already.
 Result<> Recorder::store_all(const RunEnd& end, bool faulted) {
   Result<> stored;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -97,8 +98,8 @@ Result<> Recorder::store_all(const RunEnd& end, bool faulted) {
   return stored;
 }
 
-// The batch that failed first, by itself, so that it is recognised if its COMMIT had reached the
-// disk; then everything queued since, with the end.
+// Stores the batch that failed first by itself, so that it is recognised if its COMMIT had reached
+// the disk. Then stores all later rows with the end.
 Result<> Recorder::store_rest(const RunEnd& end) {
   if (writing_.rows() > 0) {
     if (auto r = commit(writing_, nullptr); !r) return r;
@@ -119,15 +120,17 @@ Result<> Recorder::store_end_alone(RunEnd& end, const Error& why) {
   return commit(Batch(), &end);
 }
 
-// Disk full: the reserve makes room. Any I/O error: after a failed write or fsync the connection's
-// view of the file is not to be trusted; a new one recovers from the log on the disk.
+// On a full disk frees the reserve. After an I/O error opens a new connection, which recovers from
+// the log on the disk: after a failed write or fsync the old one's view of the file cannot be
+// trusted.
 Result<> Recorder::repair() {
   free_reserve();
   if (reopen_first_) {
     reopen_first_ = false;
     if (auto r = reopen(); !r) return r;
   }
-  // A checkpoint would use up the freed space for the main file; the end goes into the log.
+  // Prevents a checkpoint, which would use the freed space for the main file. The end goes into the
+  // log.
   return owned_.db.execute("PRAGMA wal_autocheckpoint = 0");
 }
 
@@ -147,8 +150,8 @@ Result<> Recorder::reopen() {
   return {};
 }
 
-// A file of that name was left by a run that was cut off, or is a link that somebody put there: it
-// is taken away, and nothing is written through it.
+// An existing file of that name is from a run that was cut off, or a link that somebody placed
+// there. It is removed, so that nothing is written through a link.
 Result<> Recorder::make_reserve() const {
   const std::string file = options_.path + ".reserve";
   free_reserve();

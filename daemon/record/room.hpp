@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decided before a run moves anything: whether the disk has room for what it will store.
+// Checks, before a run moves anything, that the disk has room for its rows. Used by the session and
+// by the queue.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +10,9 @@
 
 namespace lcrig {
 
-// `bytes`: of the plans of all runs that are to be stored. What has to stay free besides is for
-// what no plan knows: pauses, losses, a log that a slow reader keeps long. A disk that cannot tell
-// is believed to have room. Errors: io, with both figures.
+// `bytes`: of the plans of all runs to be stored. More has to stay free for what no plan knows:
+// pauses, losses, and a log that a slow reader keeps long. A disk that does not report its space
+// counts as having room. Errors: io, with both figures.
 Result<> require_room(const std::string& database, std::int64_t bytes);
 
 }  // namespace lcrig

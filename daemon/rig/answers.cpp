@@ -22,7 +22,7 @@ void find_questions(const Steps& steps, std::map<std::string, const AskStep*>& o
   }
 }
 
-// The range of a question in a sweep may follow its variable; then the run itself looks.
+// Inside a sweep the range of a question may depend on its variable. Then only the run can check.
 bool is_known(const AskStep& ask, const Environment& environment) {
   const auto known = [&](const std::optional<Number>& n) {
     return !n || n->name.empty() || environment.values().contains(n->name);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the file format `answers/1` (docs/protocol-file.md): what a rehearsal answers to the
-// questions of a protocol. The simulated person uses it.
+// Reads the file format `answers/1` (docs/protocol-file.md): the answers of a rehearsal to the
+// questions of a protocol. Used by the simulated person.
 #pragma once
 
 #include <map>
@@ -13,10 +13,10 @@
 
 namespace lcrig {
 
-using Answers = std::map<std::string, AnswerValue>;  // by the id of the step
+using Answers = std::map<std::string, AnswerValue>;  // by step id
 
-// `name` is what messages call the text. Errors: invalid_request with position and JSON pointer: no
-// such step, an answer that does not fit.
+// `name` is the text's name in messages. Errors: invalid_request with position and JSON pointer for
+// an unknown step or an answer that does not fit.
 Result<Answers> parse_answers(std::string_view text, const std::string& name,
                               const Protocol& protocol, const Environment& environment);
 

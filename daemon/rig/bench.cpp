@@ -16,7 +16,7 @@ void read(const JsonReader& r, const char* stem, Dimension d, double& into,
   if (const auto v = r.optional_quantity(stem, d, range)) into = *v;
 }
 
-// The most that was tried, and twice what a table-top frame usually sends.
+// The largest rate that was tried, twice that of usual table-top frames.
 constexpr Range kFrameRates_Hz{0.1, 1000};
 
 void read_frame(const JsonReader& r, Bench& b) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the bench file `bench/1`: the simulated instruments, their mounting and the error that the
-// scene may have. Used by the daemon, by rehearsals and by lcrig-sim. docs/bench-file.md describes
+// Reads the bench file `bench/1`: the simulated instruments, their mounting and the tolerated error
+// of the scene. Used by the daemon, by rehearsals and by lcrig-sim. docs/bench-file.md describes
 // it.
 #pragma once
 
@@ -17,23 +17,23 @@
 
 namespace lcrig {
 
-// The part that carries the force: pressure = force / area of the probe tip.
+// The part that transmits the force: pressure = force / area of the probe tip.
 struct Fixture {
-  std::optional<double> probe_diameter_m;  // absent: not known, there are no pressures
+  std::optional<double> probe_diameter_m;  // absent: unknown, so there are no pressures
   double local_gravity_m_s2 = kStandardGravity_m_s2;
   std::optional<double> probe_area_m2() const;
 };
-// The `fixture` object of a bench or config file.
+// Reads the `fixture` object of a bench or config file.
 Fixture parse_fixture(const JsonReader& fixture);
 
 struct Bench {
   std::string name, text;
   Fixture fixture;
-  double error_tolerance = 1e-3;  // relative, of the change in capacitance
+  double error_tolerance = 1e-3;  // relative error of the change in capacitance
   PlantConfig plant;
-  double frame_rate_max_Hz = 500;  // the fastest samples of its gateway
-  std::optional<ErrorScope> errors;  // drawn from the seed; absent: white noise only
-  std::optional<std::uint64_t> rig_seed;  // of the errors that last; absent: as the others
+  double frame_rate_max_Hz = 500;  // highest sample rate of its gateway
+  std::optional<ErrorScope> errors;  // drawn by the seed; absent: white noise only
+  std::optional<std::uint64_t> rig_seed;  // for the lasting errors; absent: that of the others
   Duration operator_reaction = std::chrono::seconds(2);
 };
 Result<Bench> parse_bench(std::string_view text, const std::string& name);
@@ -43,9 +43,9 @@ struct ShippedBench {
   std::string_view name, text;
 };
 const std::vector<ShippedBench>& shipped_benches();
-// A file (a path, or a name that ends in .json), or the name of a shipped bench.
+// Finds a bench: a file (a path, or a name that ends in .json), or the name of a shipped one.
 Result<Bench> find_bench(const std::string& what);
-// Reads the text of a file. If it is empty: a bench that ships with the program.
+// Parses the text of a bench file; if the text is empty, finds the shipped bench `name`.
 Result<Bench> bench_of(const std::string& name, const std::string& text);
 
 }  // namespace lcrig

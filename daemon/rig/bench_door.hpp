@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The back door of a simulated bench in this process: what a fault script acts on, and for tests
-// the simulators themselves and the world behind them.
+// Access to the inside of a simulated bench: for fault scripts to the instruments and cables, and
+// for tests to the simulators and the simulated world.
 #pragma once
 
 #include "drivers/faults/bench.hpp"

@@ -16,7 +16,7 @@ namespace lcrig {
 
 namespace {
 
-// A correction is as noisy as the readings that it is made of.
+// Slow readings, because a correction is as noisy as the readings that it is made of.
 LcrSettings quiet_settings() {
   LcrSettings out;
   out.aperture = Aperture::slow;
@@ -86,7 +86,7 @@ Task<Result<>> Corrector::correct(LcrMeter& meter, CorrectionKind kind) {
   auto configured = co_await meter.configure(settings);
   if (!configured) co_return fail(configured.error());
   auto made = co_await meter.correct(kind);
-  // With a verdict it is idle, and a person may use its keys.
+  // A meter with a verdict is idle, and a person may use its keys.
   if (!made && made.error().code == Errc::refused) {
     auto safe = co_await meter.make_safe();
     if (!safe) spdlog::warn("{}", printable(safe.error().what));

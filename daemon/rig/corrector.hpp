@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the open and the short correction of the meter for a person, and stores who made them when.
-// App has one, and sees to it that nobody else uses the rig meanwhile.
+// Makes the open and the short correction of the meter for a person, and stores who made it and
+// when. Owned by MeterRequests, which keeps others from using the rig meanwhile.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -15,38 +15,37 @@
 
 namespace lcrig {
 
-// What a meter is known by, whatever its firmware: "LCR-6100 GEZ883880".
+// The name of a meter, whatever its firmware: "LCR-6100 GEZ883880".
 std::string meter_name(const Identity& identity);
-// When they were made is not in it.
+// The result does not contain the dates of the corrections.
 MeterCorrections corrections_of(const Identity& identity, bool simulated, const CorrectionsOn& on);
 
 class Corrector {
  public:
-  // All outlive it.
+  // References; all must outlive it.
   struct Parts {
     asio::any_io_executor executor;
     Clock& clock;
     InstrumentFactory& rig;
     KnownRig& known;
     const std::string& database;
-    const std::string& vfs;  // of SQLite, for the database
-    std::int64_t bytes = 1 << 20;  // that storing one may take: the disk has room for it, or none
-                                   // is made
+    const std::string& vfs;  // SQLite's VFS for the database
+    std::int64_t bytes = 1 << 20;  // disk space that a correction must find before it is made
   };
   explicit Corrector(const Parts& parts) : parts_(parts) {}
 
-  // The person has prepared the probes. Returns what is on then, and when it was made. Errors: what
-  // port and meter say; refused (the meter's own verdict); io: the disk has no room for it, or it
-  // was made, but is not stored, as the words say.
+  // Call after a person has prepared the probes. Returns the corrections that are on then, with
+  // their dates. Errors: those of port and meter; refused (the meter's own verdict); io: no room on
+  // the disk, or the correction was made but not stored, as the words say.
   Task<Result<MeterCorrections>> make(CorrectionKind kind, PeerCredentials peer);
-  // Asks the meter which ones it applies.
+  // Asks the meter which corrections it applies.
   Task<Result<MeterCorrections>> look();
-  // The daemon ends: nobody waits for the meter any more.
+  // Call when the daemon ends: nobody waits for the meter any more.
   void give_up();
 
  private:
   Task<Result<MeterCorrections>> correct_if_room(CorrectionKind kind);
-  // Without a kind it is only asked.
+  // Without a kind, only asks.
   Task<Result<MeterCorrections>> with_meter(std::optional<CorrectionKind> kind);
   Task<Result<MeterCorrections>> use(LcrMeter& meter, std::optional<CorrectionKind> kind);
   Task<Result<Identity>> identify(LcrMeter& meter);
@@ -54,7 +53,7 @@ class Corrector {
 
   Parts parts_;
   LcrMeter* in_use_ = nullptr;
-  std::string identity_;  // of the meter that was used last
+  std::string identity_;  // of the last meter used
   bool given_up_ = false;
 };
 

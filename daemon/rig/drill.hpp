@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plays a fault script on the simulated bench of a rehearsal, and on the computer around it. What
-// happens becomes an event of the run.
+// Plays a fault script on the simulated bench of a rehearsal, and on the computer around it. Each
+// fault becomes an event of the run.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -17,21 +17,21 @@ namespace lcrig {
 
 class FaultDrill {
  public:
-  // Errors: invalid_request, with the place in the script.
+  // Errors: invalid_request, with the position in the script.
   static Result<std::unique_ptr<FaultDrill>> make(VirtualClock& clock, const std::string& text,
                                                   const std::string& name);
 
-  // The recorder writes to this disk.
+  // The name of the disk that the recorder has to use.
   const std::string& disk() { return surroundings_.disk().name(); }
-  // The bench on which it is played; counted faults happen from here on. Errors: the script asks
-  // for what the bench does not have.
+  // Sets the bench to play on; from now on counted faults happen. Errors: the script needs
+  // something that the bench does not have.
   Result<> attach(asio::any_io_executor executor, FaultBench& bench);
   void begin(RunSink& sink);
   void enter_step(const RunProgress& progress);
-  // Mends what can be mended; returns when nothing of it is under way.
+  // Ends the faults that can be ended; returns when none is in progress.
   Task<> end();
-  void detach();  // before the bench goes
-  std::int64_t happened() const;  // faults so far
+  void detach();  // call it before the bench is destroyed
+  std::int64_t happened() const;  // number of faults so far
 
  private:
   FaultDrill(VirtualClock& clock, FaultScript script)
@@ -41,10 +41,10 @@ class FaultDrill {
   VirtualClock& clock_;
   FaultScript script_;
   VirtualSurroundings surroundings_;
-  std::vector<RunEvent> early_;  // of before the run row
+  std::vector<RunEvent> early_;  // from before the run row existed
   RunSink* sink_ = nullptr;
   std::string step_;
-  std::int64_t happened_ = 0;  // when the bench went
+  std::int64_t happened_ = 0;  // number of faults when the bench was destroyed
   std::unique_ptr<FaultPlayer> player_;
 };
 

@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-// Absent: nothing answers at the port. Fault: something answers, with an error.
+// Absent: nothing answers at the port. Fault: something answers, but with an error.
 InstrumentCondition condition_after(const Error& error) {
   switch (error.code) {
     case Errc::disconnected:
@@ -38,7 +38,7 @@ void KnownRig::declare(Instrument which, std::string port, std::string why_unask
   known.state.simulated = known.on_simulated_rig = simulated;
 }
 
-// The journal tells what changed, except in a run, which tells its losses itself.
+// The journal reports a change, except during a run, which reports its losses itself.
 void KnownRig::learn(Instrument which, InstrumentCondition condition, std::string why,
                      const Learned& from) {
   Known& known = of(which);

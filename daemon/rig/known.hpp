@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest knowledge about the two instruments, from whom it comes, and since when: `lcrig
-// status` shows it. Code that opens, asks or uses an instrument reports the result here; App owns
-// it.
+// What is known about the two instruments, from which source, and since when, as `lcrig status`
+// shows it. Code that opens, asks or uses an instrument reports the result here. Owned by App.
 #pragma once
 
 #include <array>
@@ -16,7 +15,7 @@
 
 namespace lcrig {
 
-// The one who asked.
+// How something was learned, and by which run.
 struct Learned {
   Learned() = default;
   explicit Learned(LearnedBy b, std::optional<std::int64_t> r = std::nullopt) : by(b), run(r) {}
@@ -28,33 +27,33 @@ class KnownRig {
  public:
   explicit KnownRig(const Clock& clock) : clock_(clock) {}
 
-  // An instrument that nobody asked yet. One that is not declared is not shown.
+  // Declares an instrument that nobody has asked yet. Undeclared ones are not shown.
   void declare(Instrument which, std::string port, std::string why_unasked, bool simulated);
 
-  // It said who it is; empty: a simulated bench was found to be in order.
+  // It reported its identity; empty: a simulated bench was found to be in order.
   void answered(Instrument which, const Identity& identity, const Learned& from);
-  // One of the two.
+  // Calls `answered` or `failed`.
   void learned(Instrument which, const Result<Identity>& answer, const Learned& from);
-  // The last question failed. What it said before stays known. `unsupported` is no fault: it cannot
-  // be asked.
+  // The last question failed. The earlier identity stays known. `unsupported` is not a fault: this
+  // instrument cannot be asked.
   void failed(Instrument which, const Error& error, const Learned& from);
-  // The same instrument is back, or what was learned of it belongs to a run now.
+  // The same instrument is back, or a run takes over what is known about it.
   void confirmed(Instrument which, const Learned& from);
-  // It sent data: what is known of it is as old as they are.
+  // It sent data, which confirms what is known.
   void heard(Instrument which);
-  // Whether the node of its port is there. True: that is news.
+  // Whether the device node of its port exists. True: that has changed.
   bool set_port_there(Instrument which, bool there);
 
   bool is_ready(Instrument which) const;
-  // False: its port came back, and nobody asked who is there.
+  // False: its port came back, and nobody has asked for its identity.
   bool is_known(Instrument which) const;
   const std::string& port(Instrument which) const { return of(which).state.port; }
-  // `run`: the one that goes on.
+  // `run`: the current run.
   std::vector<InstrumentState> states(std::optional<std::int64_t> run) const;
 
  private:
   struct Known {
-    InstrumentState state;  // its ages are reckoned when somebody asks
+    InstrumentState state;  // without its ages, which states() calculates
     bool declared = false, port_there = true;
     bool on_simulated_rig = false;
     std::optional<MonoTime> asked, since, gone;

@@ -12,7 +12,7 @@ Task<Result<>> RemoteOperator::confirm(std::string prompt) {
   while (confirmations_.try_receive([](auto&&...) {})) {
   }
   prompt_ = std::move(prompt);
-  // The prompt goes away with the wait, cancelled or not.
+  // Clears the prompt when the wait ends, even by cancellation.
   const auto clear = [](std::string* p) { p->clear(); };
   const std::unique_ptr<std::string, decltype(clear)> guard(&prompt_, clear);
   auto r = co_await confirmations_.async_receive(asio::as_tuple(asio::use_awaitable));

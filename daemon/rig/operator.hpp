@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The person at the rig, who confirms with `lcrig confirm` or Enter. The daemon has one; the
+// The person at the rig, who confirms with `lcrig confirm` or Enter. The daemon has one, and the
 // instruments of its runs ask it.
 #pragma once
 

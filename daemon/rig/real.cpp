@@ -50,8 +50,7 @@ class MeterAtPort final : public LoneMeter {
   std::unique_ptr<LcrMeter> meter_;
 };
 
-// `busy` tells a client that a run goes on; a port that another program holds is a fault of the
-// rig.
+// `busy` means that a run goes on. A port that another program holds is a fault of the rig instead.
 Error as_rig_fault(Error error) {
   if (error.code == Errc::busy) error.code = Errc::disconnected;
   return error;
@@ -73,7 +72,7 @@ RealRig::RealRig(asio::any_io_executor executor, Clock& clock, const Config& con
   if (!config.wire_log_directory.empty()) wire_logs_.emplace();
 }
 
-// A log of looks that goes on would stay in the folder of before.
+// Ends the shared logs, which would stay in the old folder.
 void RealRig::config_changed() {
   looks_.clear();
   if (!config_.wire_log_directory.empty() && !wire_logs_) wire_logs_.emplace();
@@ -83,8 +82,8 @@ bool RealRig::finish_wire_logs(Duration patience) {
   return !wire_logs_ || wire_logs_->finish(patience);
 }
 
-// Opens a port; with a wire log directory every byte is written down there. A log that cannot be
-// written keeps no port from opening: making the frame safe comes first.
+// Opens a port; with a wire log directory all its bytes are logged. A port opens even if its log
+// cannot be written, because making the frame safe is more important.
 Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
                                                               std::string instrument, Log log) {
   auto port = co_await open_port(std::move(url), SerialSettings(), clock_);
@@ -96,7 +95,8 @@ Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
 
 std::shared_ptr<WireRecord> RealRig::wire_log(const std::string& instrument, Log log) {
   constexpr Duration kDay = std::chrono::hours(24);
-  constexpr std::size_t kMostOfLooks = std::size_t{4} << 20U;  // bytes; a day of looks has less
+  constexpr std::size_t kMostOfLooks = std::size_t{4} << 20U;  // bytes; more than a day of
+                                                               // questions needs
   const bool looks = log == Log::looks;
   if (looks && looks_[instrument] && looks_[instrument]->age() < kDay) return looks_[instrument];
   WireLogHeader header;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real instruments, at the ports of the config file. App asks them who they are while no run
+// The real instruments, at the ports of the config file. App asks for their identities while no run
 // goes on.
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace lcrig {
 
-// `config`, `clock`, `known` and `person` outlive it and what it opens: a port that goes away is
-// opened again. Errors: as open_port.
+// `config`, `clock`, `known` and `person` must outlive it and everything that it opens, because a
+// lost port is opened again. Errors: as open_port.
 class RealRig final : public InstrumentFactory {
  public:
   RealRig(asio::any_io_executor executor, Clock& clock, const Config& config, KnownRig& known,
@@ -30,12 +30,12 @@ class RealRig final : public InstrumentFactory {
   Task<> ask_meter() override;
   Task<bool> make_frame_safe() override;
   Task<bool> watch_ports() override;
-  void config_changed() override;  // the wire logs may go elsewhere
+  void config_changed() override;  // the wire logs may have another folder
   bool finish_wire_logs(Duration patience) override;
 
  private:
-  // Which wire log a port writes: a run opens its own. The questions of an idle daemon share one
-  // for each instrument and day.
+  // The wire log of a port. A run opens its own; the questions of an idle daemon share one per
+  // instrument and day.
   enum class Log { own, looks };
   Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
                                                        Log log);
@@ -50,8 +50,9 @@ class RealRig final : public InstrumentFactory {
   const Config& config_;
   KnownRig& known_;
   Operator& person_;
-  std::optional<WireLogWriter> wire_logs_;  // when the config asks for them, or did
-  std::map<std::string, std::shared_ptr<WireRecord>> looks_;  // of each instrument, for a day
+  std::optional<WireLogWriter> wire_logs_;  // set once the config has asked for wire logs
+  std::map<std::string, std::shared_ptr<WireRecord>> looks_;  // shared logs by instrument, for a
+                                                              // day
 };
 
 }  // namespace lcrig

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a recording of both instruments, to be played back through the simulated instruments'
-// wires. The benches `replay:DIR` use it.
+// Reads a recording of both instruments, which is played back through the wires of the simulated
+// instruments. Used by the benches `replay:DIR`.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace lcrig {
 
 struct RecordedReading {
   double t_s = 0;
-  double primary = 0, secondary = 0;  // as the meter would send them: 1e20 is an overload
+  double primary = 0, secondary = 0;  // as the meter sends them: 1e20 is an overload
 };
 struct RecordedSample {
   double t_s = 0, travel_m = 0, force_N = 0;

@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr Duration kReaction = std::chrono::seconds(2);  // of who answers a question
+constexpr Duration kReaction = std::chrono::seconds(2);  // of the simulated person who answers
 
 class ReplayInstruments final : public SimulatedInstruments {
  public:
@@ -62,7 +62,7 @@ class ReplayInstruments final : public SimulatedInstruments {
     return {};
   }
 
-  // The newest reading at this time, with the meter's own format; the first question starts both
+  // The newest reading at this time, in the meter's own format. The first question starts both
   // instruments.
   std::optional<std::string> reading_at(double t_s) {
     if (!playing_) frame_sim_->start_recording();

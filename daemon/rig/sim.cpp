@@ -17,7 +17,7 @@ namespace lcrig {
 
 namespace {
 
-// Confirms as another operator does, and then does what the prompt said.
+// Waits for the confirmation of another operator, and then does what the prompt asked for.
 class ActingOperator final : public Operator {
  public:
   ActingOperator(Operator& inner, std::function<void()> act)
@@ -75,7 +75,8 @@ class BenchInstruments final : public SimulatedInstruments {
     nlohmann::json model = to_json(world_->level());
     if (world_->errors()) model["drawn"] = world_->errors()->to_json();
     info_.model_json = model.dump();
-    // The plan knows what a plan of a real rig knows: where contact is, is only expected.
+    // The plan gets only what it would know of a real rig; the place of contact is only an
+    // expectation.
     info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
     info_.specimen_least_m = least_shortening(request.specimen);
     info_.compression_m = world_->compression_m();
@@ -134,7 +135,7 @@ class BenchInstruments final : public SimulatedInstruments {
   DeadWeightFrame* rod_ = nullptr;
 };
 
-// That of every bench, with nothing between its probes.
+// A bench's meter with nothing between its probes.
 class BenchMeter final : public LoneMeter {
  public:
   BenchMeter(asio::any_io_executor executor, Clock& clock, TransportPair wire) : clock_(clock) {
@@ -204,7 +205,8 @@ void SimulatedRig::failed(const Error& error, LearnedBy by) {
   known_.failed(Instrument::frame, error, Learned(by));
 }
 
-// It has no identity before its specimen is known.
+// A simulated instrument has no identity before its specimen is known, so only the files are
+// checked.
 Task<> SimulatedRig::ask() {
   const auto read = [this]() -> Result<> {
     if (const auto directory = replay_directory(bench_)) {

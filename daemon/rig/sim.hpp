@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated bench as the instruments of a run: for a daemon without a rig, in real time, and
-// for rehearsals and tests, in virtual time.
+// The simulated bench as the instruments of a run: in real time for a daemon without a rig, in
+// virtual time for rehearsals and tests.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -16,7 +16,7 @@ class FaultDrill;
 
 struct SimRequest {
   SimRequest() = default;
-  // `wanted` names a specimen.
+  // `wanted` must name a specimen.
   SimRequest(Bench b, const InstrumentsRequest& wanted)
       : bench(std::move(b)),
         specimen(*wanted.specimen),
@@ -26,19 +26,19 @@ struct SimRequest {
   Specimen specimen;
   std::int64_t seed = 1;
   bool weights = false;  // the protocol places weights: a rod instead of a frame
-  double max_force_N = 1;  // of the table of the specimen
-  std::shared_ptr<BenchWorld> world;  // of make_world for this very request; nullptr: made here
-  // nullptr: one who confirms, and answers with what `answers` say, after the bench's reaction
+  double max_force_N = 1;  // for the table of the specimen
+  std::shared_ptr<BenchWorld> world;  // made by make_world for the same request; nullptr: made here
+  // nullptr: a simulated person, who confirms and gives `answers`, each after the bench's reaction
   // time.
   Operator* person = nullptr;
   Answers answers;
-  FaultDrill* drill = nullptr;  // outlives the instruments; nullptr: nothing goes wrong
+  FaultDrill* drill = nullptr;  // must outlive the instruments; nullptr: nothing goes wrong
   MakeWire wire;  // empty: memory in virtual time, a socketpair in real time
-  // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.
+  // Wraps the drivers' ends of the wires ("sim:lcr", "sim:frame"), for tests. May be empty.
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
 };
-// The specimen under the probe. It takes seconds for one that needs finite elements, and uses
-// nothing but the request. Errors: no model level describes it within the bench's tolerance.
+// Makes the specimen under the probe, from the request alone. Takes seconds if it needs finite
+// elements. Errors: no model level describes it within the bench's tolerance.
 Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request);
 // Errors: as make_world; the drill does not fit the bench.
 Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
@@ -47,11 +47,11 @@ Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor 
 // The rig of a daemon whose config file names a bench, or "replay:DIR".
 class SimulatedRig final : public InstrumentFactory {
  public:
-  // `clock`, `known` and `person` outlive it.
+  // `clock`, `known` and `person` must outlive it.
   SimulatedRig(asio::any_io_executor executor, Clock& clock, std::string bench, KnownRig& known,
                Operator& person);
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
-  Task<> ask() override;  // looks whether the bench or the recording can be read
+  Task<> ask() override;  // checks that the bench or the recording can be read
   Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() override;
   bool is_reckoning() const override { return is_reckoning_; }
 

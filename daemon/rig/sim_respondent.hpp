@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated person who answers questions: with what was given for the rehearsal, else with the
-// protocol's default, else with something that fits. The row of the answer says which.
+// A simulated person who answers questions: with the answer given for the rehearsal, else with the
+// protocol's default, else with something that fits. The row of the answer says which. Used by the
+// simulated bench and by recordings.
 #pragma once
 
 #include <functional>
@@ -14,7 +15,7 @@ namespace lcrig {
 
 class SimRespondent final : public Respondent {
  public:
-  // Answers after `delay`, or when it is there again. `clock` outlives it.
+  // Answers after `delay`, or when the person is back. `clock` must outlive it.
   SimRespondent(Clock& clock, Duration delay, std::function<bool()> is_absent, Answers answers)
       : clock_(clock),
         delay_(delay),

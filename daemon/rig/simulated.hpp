@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drivers and simulators, joined by wires. The base class of the simulated bench (sim.cpp) and of a
-// recording that is played (replay.cpp). Nobody else includes this.
+// Drivers and simulators, connected by wires. Base class of the simulated bench (sim.cpp) and of a
+// recording that is played (replay.cpp). Only these two include it.
 #pragma once
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@
 
 namespace lcrig {
 
-// In real time bytes go through the kernel, as a cable's do.
+// In real time bytes go through the kernel, like those of a cable.
 inline MakeWire wire_for(const Clock& clock) {
   if (dynamic_cast<const VirtualClock*>(&clock) != nullptr) return make_memory_pipe;
   return make_socketpair;
@@ -64,7 +64,7 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   }
 
  protected:
-  // A simulator's task is counted, so that nothing it uses is destroyed under it.
+  // Counts the running tasks of simulators, so that nothing is destroyed while a task uses it.
   void start(Task<> task, int& count) {
     ++count;
     asio::co_spawn(executor_, std::move(task), [this, &count](std::exception_ptr error) {
@@ -126,7 +126,7 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
     if (simulated_person_) simulated_person_->set_absent(absent);
   }
 
-  // The simulated instruments again, on a new wire, as a port is opened again after an unplug.
+  // Open the simulated instruments again on a new wire, as a port is opened again after an unplug.
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter() {
     if (!meter_plugged_) co_return fail(Errc::disconnected, "sim:lcr: no such port");
     meter_sim_->close();
@@ -166,10 +166,10 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   asio::any_io_executor executor_;
   Clock& clock_;
   int meters_ = 0, frames_ = 0;  // running simulators
-  Condition ended_;  // one of them did
+  Condition ended_;  // notified when a simulator ends
   bool meter_plugged_ = true, frame_plugged_ = true;
   std::string meter_port_ = "sim:lcr", frame_port_ = "sim:frame";
-  int ports_ = 1;  // devices named so far
+  int ports_ = 1;  // number of device names so far
   MakeWire make_wire_;
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap_;
   std::unique_ptr<SimOperator> simulated_person_;

@@ -13,7 +13,8 @@ class VirtualSurroundings final : public FaultSurroundings {
  public:
   explicit VirtualSurroundings(VirtualClock& clock) : clock_(clock) {}
   ~VirtualSurroundings() override { set_memory_short(false); }
-  // The recorder writes to this one; it is closed before this object ends.
+  // The disk that the recorder writes to. The recorder must be closed before this object is
+  // destroyed.
   FaultyDisk& disk() { return disk_; }
 
   void set_disk_full(bool on) override { disk_.set_full(on); }

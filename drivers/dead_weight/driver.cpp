@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 constexpr double kRateMax_Hz = 10;
-constexpr double kMassMax_kg = 1000;  // a larger mass is taken for a mistaken unit
+constexpr double kMassMax_kg = 1000;  // a larger mass is probably in the wrong unit
 }  // namespace
 
 // Shared with the sampling coroutine, which may end slightly after the frame is destroyed.
@@ -54,7 +54,7 @@ struct DeadWeightFrame::State {
   Wakeup sampler, prompt_end;
   Listener* listener = nullptr;
   std::optional<FrameLimits> limits;
-  Mass mass, pending;  // on the rod now; asked for by the open prompt
+  Mass mass, pending;  // on the rod now; requested by the open prompt
   Force force;
   std::int64_t next_seq = 1;
   bool started = false, closed = false, prompting = false;

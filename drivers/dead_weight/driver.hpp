@@ -14,9 +14,9 @@
 namespace lcrig {
 
 struct DeadWeightSettings {
-  double g_m_s2 = kStandardGravity_m_s2;  // local
-  Mass rod;  // rod and plate, which always rest on the specimen
-  std::optional<Area> probe_area;  // for the pressure in the prompt
+  double g_m_s2 = kStandardGravity_m_s2;  // of the place
+  Mass rod;  // rod and plate, whose mass always rests on the specimen
+  std::optional<Area> probe_area;  // to show the pressure in the prompt
   double sample_rate_Hz = 1;
   std::string serial;  // of the weight set's certificate, if any
 };

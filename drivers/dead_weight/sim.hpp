@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated person who confirms prompts, for simulated rigs and tests.
+// A simulated person who confirms prompts. Used by simulated rigs and tests.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,8 @@ namespace lcrig {
 class SimOperator final : public Operator {
  public:
   SimOperator(Clock& clock, Duration delay) : clock_(clock), delay_(delay) {}
-  // While absent, prompts stay open. After coming back the person confirms within a second.
+  // While the person is absent, prompts stay open. After returning the person confirms within a
+  // second.
   void set_absent(bool absent) { absent_ = absent; }
   bool is_absent() const { return absent_; }
   void set_act(std::function<void(const std::string& prompt)> act) { act_ = std::move(act); }

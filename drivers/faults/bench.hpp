@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The things that the FaultPlayer acts on: the simulated instruments with their cables
+// The interfaces that the FaultPlayer acts on: the simulated instruments with their cables
 // (FaultBench), and the recording computer (FaultSurroundings). Simulated runs implement both;
 // lcrig-sim implements FaultBench only.
 #pragma once

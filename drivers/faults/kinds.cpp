@@ -20,7 +20,7 @@ using S = FaultShape;
 using O = FaultOccasion;
 using L = LineFault::Kind;
 
-// A member that is true, or has the value of a parameter, as long as the fault lasts.
+// These set a member to true, or to a parameter's value, while the fault lasts.
 template <bool Meter::* member>
 void meter(const F&, bool on, const Scene& scene) {
   scene.bench.break_meter([on](Meter& m) { m.*member = on; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every fault that a script can ask for, one row each: its name, when it may happen, its parameters
-// and what it does to the bench. The parser and the FaultPlayer go by these rows.
+// The table of all faults that a script can ask for: for each its name, when it may happen, its
+// parameters and its effect on the bench. Used by the parser and the FaultPlayer.
 #pragma once
 
 #include <span>
@@ -19,8 +19,7 @@ enum class FaultTarget { meter, frame, bench };
 template <>
 inline constexpr EnumWords<3> kWordsOf<FaultTarget>{"meter", "frame", "bench"};
 
-// A counted fault hits single events, a lasting one goes on for a while, and one that happens once
-// has no end.
+// counted: hits single events. lasting: goes on for a while. once: happens once and has no end.
 enum class FaultShape { counted, lasting, once };
 
 // The events that counted faults count: answers and set commands of the meter; transmissions,
@@ -48,11 +47,10 @@ constexpr unsigned kOrigin = 1U << 15U;
 constexpr unsigned kNeedsEnd = 1U << 16U;  // not a parameter: for_s is required
 }  // namespace fault_parameter
 
-// The things that faults act on.
 struct FaultScene {
   FaultBench& bench;
-  FaultSurroundings* around;  // nullptr: none; its faults do nothing then
-  const std::string& first_identity;  // of the meter that the bench began with
+  FaultSurroundings* around;  // nullptr: none, and its faults have no effect
+  const std::string& first_identity;  // identity of the bench's first meter
 };
 
 struct FaultKind {
@@ -63,7 +61,7 @@ struct FaultKind {
   // Begins or ends a fault that is not counted.
   void (*act)(const Fault& fault, bool on, const FaultScene& scene) = nullptr;
   FaultOccasion counts = FaultOccasion::none;
-  LineFault::Kind line = LineFault::Kind::none;  // what it does to the line that it counts
+  LineFault::Kind line = LineFault::Kind::none;  // the effect on the line that it counts
 };
 std::span<const FaultKind> fault_kinds();
 

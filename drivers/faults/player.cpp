@@ -75,7 +75,7 @@ bool FaultPlayer::is_due(State& s) {
   return static_cast<double>(random_() >> 11U) * 0x1p-53 < *f.probability;
 }
 
-// Every counted fault becomes an event of the run, but only its first occurrence a line in the log.
+// Each occurrence of a counted fault becomes an event of the run, but only the first is logged.
 void FaultPlayer::happen(State& s) {
   ++s.fired;
   const std::string text = describe(*s.fault);

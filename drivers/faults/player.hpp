@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plays a fault script on a simulated bench. It is seeded: in virtual time the same script on the
-// same run does the same again. Used by rehearsals and lcrig-sim.
+// Plays a fault script on a simulated bench. Its random numbers are seeded: in virtual time the
+// same script does the same to the same run. Used by rehearsals and lcrig-sim.
 #pragma once
 
 #include <cstdint>
@@ -30,13 +30,14 @@ class FaultPlayer {
   FaultPlayer(const FaultPlayer&) = delete;
   FaultPlayer& operator=(const FaultPlayer&) = delete;
 
-  // Sets time zero of `at_s`. Counted faults without at_s and in_step happen from construction on.
+  // Sets the zero of `at_s`. Counted faults without at_s and in_step can happen from construction
+  // on.
   void begin();
   void enter_step(std::string_view id, std::string_view kind, bool finishing);
   // Ends the faults that can be ended (plugs, disk, memory) and the player's task. Idempotent.
   void stop();
   bool is_idle() const { return !running_; }
-  // After `stop`: until its task has ended. False: not by then.
+  // After `stop`, waits until the task has ended. False: it had not ended at `limit`.
   Task<bool> ended(MonoTime limit = MonoTime::max());
   // How often each fault of the script has happened.
   std::vector<std::int64_t> happened() const;
@@ -47,7 +48,8 @@ class FaultPlayer {
     explicit State(const Fault& f) : fault(&f) {}
     const Fault* fault;
     bool open = false;  // its time or its step has come
-    std::int64_t opened = 0;  // how often; an end that was scheduled earlier is ignored
+    std::int64_t opened = 0;  // how often; an end that was scheduled for an earlier opening is
+                              // ignored
     std::int64_t seen = 0;  // events of a counted fault
     std::int64_t fired = 0;
   };
@@ -72,7 +74,7 @@ class FaultPlayer {
   Told told_;
   std::vector<State> states_;
   std::mt19937_64 random_;
-  std::string first_identity_;  // of the meter that the bench began with
+  std::string first_identity_;  // identity of the bench's first meter
   std::multimap<MonoTime, Act> agenda_;
   Wakeup wakeup_;
   Condition changed_;

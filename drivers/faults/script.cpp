@@ -23,7 +23,7 @@ constexpr Range kTimeChange{-1e9, 1e9};
 constexpr Range kProbability{0, 1, true};
 constexpr std::int64_t kMostTimes = 1'000'000'000;
 
-// The parameters that are numbers; files and messages call them by the same name.
+// The parameters that are numbers. Files and messages use the same name.
 struct NumberParameter {
   unsigned bit;
   const char* key;
@@ -94,7 +94,7 @@ void read_rate(const JsonReader& r, Fault& f) {
   if (!f.has_window() && !f.every && !f.probability) {
     r.refuse("does not say when; give at_s, in_step, every or probability");
   }
-  // A time without a count means the next event from then on.
+  // A start without a count or duration means one event: the next from then on.
   if (f.has_window() && !f.every && !f.probability && !f.for_s && !f.times) f.times = 1;
 }
 

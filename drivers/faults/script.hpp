@@ -15,7 +15,7 @@
 namespace lcrig {
 
 struct Fault {
-  const FaultKind* kind = nullptr;  // never in a script that was parsed
+  const FaultKind* kind = nullptr;  // set in every parsed script
   std::string where;  // "FILE:LINE:COLUMN /faults/0", for messages
 
   // When, in seconds of the rig's clock since the start of the run (or of lcrig-sim) or of a step.
@@ -47,10 +47,10 @@ struct FaultScript {
 Result<FaultScript> parse_fault_script(std::string_view text, const std::string& name);
 Result<FaultScript> load_fault_script(const std::string& path);  // also io
 
-// Parts of the bench that plays the script.
+// What the bench that plays the script consists of.
 struct FaultStage {
   bool has_frame = true;  // false: dead weights
-  bool knows_steps = true;  // false: lcrig-sim
+  bool knows_steps = true;  // the script may name steps; false: lcrig-sim
   bool has_surroundings = true;  // disk, wall clock, memory, operator; false: lcrig-sim
 };
 // Errors: invalid_request, naming the first fault that cannot happen on this bench.

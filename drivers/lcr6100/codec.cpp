@@ -32,8 +32,8 @@ std::optional<double> take_number(std::string_view& text) {
   return value;
 }
 
-// The only valid form is sign, one digit, point, decimals, 'e', sign, two digits. Any other lost or
-// gained a byte on its way. Returns the number of decimals, or 0 for another form.
+// The only valid form is sign, one digit, point, decimals, 'e', sign, two digits. Anything else
+// lost or gained a byte on the line. Returns the number of decimals, or 0 for an invalid form.
 std::size_t output_decimals(std::string_view f) {
   if (f.size() < 8 || (f[0] != '+' && f[0] != '-') || !is_digit(f[1]) || f[2] != '.') return 0;
   const std::size_t e = f.size() - 4;
@@ -98,7 +98,7 @@ Result<ReadingLine> parse_reading(std::string_view line) {
   }
   if (out.numbers == 0) return garbled(line);
   out.values = line.substr(0, values_end);
-  if (!more) return out;  // FETC:MAIN? has no words
+  if (!more) return out;  // an answer to FETC:MAIN? has no words
   out.status = line.substr(values_end + 1);
   for (int words = 0; more; more = fields.next(field)) {
     if (!is_status_word(field) || ++words > 3) return garbled(line);
@@ -125,7 +125,7 @@ Result<Identity> parse_identity(std::string_view line) {
   out.serial = part[2];
   out.maker = part[3];
   out.text = trimmed(line);
-  out.simulated = out.serial.starts_with("SIM");  // as our simulators number themselves
+  out.simulated = out.serial.starts_with("SIM");  // our simulators use such serial numbers
   return out;
 }
 
@@ -167,8 +167,8 @@ LcrCapabilities capabilities() {
   c.bias_min = Voltage::from_si(-2.5);
   c.bias_max = Voltage::from_si(2.5);
   c.average_max = 256;
-  // FAST is from logs of a real LCR-6100, SLOW from 120-fold averaging on an LCR-6300, MED
-  // estimated.
+  // The time for FAST is from logs of a real LCR-6100, SLOW from 120-fold averaging on an LCR-6300,
+  // and MED is estimated.
   c.conversion[0] = std::chrono::milliseconds(65);
   c.conversion[1] = std::chrono::milliseconds(120);
   c.conversion[2] = std::chrono::milliseconds(380);

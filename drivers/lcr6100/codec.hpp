@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LCR-6000 dialect: pure functions from bytes to values and back, for driver and settings.
+// The LCR-6000 dialect: pure functions from bytes to values and back. Used by driver and settings.
 // Sources: manual of the series, PDF p.98 ff. (commands, line ends, numbers), and real meters.
 //
 // Reading line: `<primary>,<secondary>[,<mon1>,<mon2>],<bin>,<aux>,<total>` CR LF, for example
@@ -20,7 +20,7 @@ namespace lcrig::lcr6100 {
 struct ReadingLine {
   std::optional<double> primary, secondary;  // SI
   std::uint32_t flags = 0;  // lcr_flag
-  int numbers = 0;  // on the line, overloads included: 1 to 4
+  int numbers = 0;  // numbers on the line, overloads included: 1 to 4
   std::string_view values;  // the numbers as sent
   std::string_view status;  // the words as sent
 };
@@ -72,8 +72,8 @@ struct Setting {
 };
 // All settings in the order in which to send them; the trigger comes last.
 std::vector<Setting> settings_for(const LcrSettings& s);
-// True when the read-back is what was wanted. The case of words is ignored; numbers may differ by
-// the meter's resolution. A reply that does not parse does not match.
+// True when the read-back equals the wanted value. The case of words is ignored; numbers may differ
+// by the meter's resolution. A reply that does not parse does not match.
 bool matches(const Setting& setting, std::string_view reply);
 // Stores a matching read-back in `s`, with the meter's own digits.
 void apply(const Setting& setting, std::string_view reply, LcrSettings& s);

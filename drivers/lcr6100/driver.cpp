@@ -20,8 +20,8 @@ constexpr Duration kReplyTime = 1s;
 constexpr Duration kCorrectionTime = 120s;
 constexpr int kTries = 3;
 constexpr int kSlowReadings = 5;
-// FAST at 1 kHz and above gives 15 readings a second. Far fewer mean that the meter fell into its
-// slow state, which ends when the set-up is sent again.
+// FAST at 1 kHz and above gives 15 readings a second. A much lower rate means that the meter fell
+// into its slow state. Sending the set-up again ends that state.
 constexpr double kFastFrom = 1000;  // Hz
 constexpr double kSlowFactor = 2.2;
 
@@ -50,8 +50,8 @@ Task<Result<>> Lcr6100::set(std::string_view command) {
   co_return sent;
 }
 
-// The first line after opening may be garbage, and the other side is not known yet. So this asks up
-// to three times and empties the line before each.
+// The first line after opening may be garbage, and the instrument is not known yet. Therefore this
+// asks up to three times, and empties the line before each.
 Task<Result<Reply>> Lcr6100::ask_identity() {
   Result<Reply> reply = fail(Errc::no_reply, "{}: not asked", link_.name());
   for (int i = 0; i < kTries; ++i) {
@@ -94,7 +94,7 @@ Task<Result<Identity>> Lcr6100::identify() {
   co_return identity;
 }
 
-// Turns result codes off. Turns echo and unasked readings off when the meter was seen to send them.
+// Turns result codes off. Turns echo and unrequested readings off if the meter sends them.
 Task<Result<>> Lcr6100::quieten() {
   auto sent = co_await set("SYST:CODE OFF");
   if (!sent) co_return sent;
@@ -239,7 +239,7 @@ Task<Result<LcrReading>> Lcr6100::measure() {
   co_return co_await poll();
 }
 
-// *TRG itself sends the reading. A FETC? after it would leave an unread line behind.
+// *TRG itself sends the reading. A FETC? after it would leave a second line unread.
 Task<Result<LcrReading>> Lcr6100::trigger() {
   const Duration timeout = std::max<Duration>(5s, 3 * conversion_);
   auto reply = co_await link_.query("*TRG", timeout);
@@ -259,7 +259,7 @@ MonoTime Lcr6100::next_poll(MonoTime now) const {
 Task<Result<LcrReading>> Lcr6100::poll() {
   const MonoTime begin = clock_.now();
   const MonoTime give_up = begin + 3 * conversion_;
-  // Only consecutive readings without a pause show the meter's speed.
+  // Only consecutive readings without a pause between them show the meter's speed.
   const bool pauses = settings_.poll_interval.value_or(Duration{}) > conversion_;
   if (pauses || begin - last_poll_ > conversion_) last_fresh_ = MonoTime{};
   const Duration timeout = std::max<Duration>(kReplyTime, 2 * conversion_);
@@ -308,7 +308,7 @@ Task<Result<>> Lcr6100::await_verdict(std::string_view command) {
 
 Task<Result<>> Lcr6100::correct(CorrectionKind kind) {
   co_await wake();
-  configured_ = false;  // it shows another page, and the person may have used its keys
+  configured_ = false;  // the meter shows another page, and the person may have used its keys
   const std::string node = kind == CorrectionKind::open ? "CORR:OPEN" : "CORR:SHOR";
   const std::string command = node + ":LCR";
   link_.set_patience(kCorrectionTime);
@@ -322,7 +322,7 @@ Task<Result<>> Lcr6100::correct(CorrectionKind kind) {
   co_return co_await establish(state, unused);
 }
 
-// A meter without such a setting leaves the question unanswered; nullopt then.
+// nullopt: the meter leaves the question unanswered, because it has no such setting.
 Task<Result<std::optional<bool>>> Lcr6100::ask_switch(std::string_view query) {
   for (int i = 0; i < kTries; ++i) {
     auto reply = co_await link_.query(query, kReplyTime);
@@ -340,7 +340,7 @@ Task<Result<CorrectionsOn>> Lcr6100::corrections() {
   auto open = co_await ask_switch("CORR:OPEN:STAT?");
   if (!open) co_return fail(open.error());
   out.open = *open;
-  if (!out.open) co_return out;  // it does not know the other question either
+  if (!out.open) co_return out;  // the meter does not know the other question either
   auto short_circuit = co_await ask_switch("CORR:SHOR:STAT?");
   if (!short_circuit) co_return fail(short_circuit.error());
   out.short_circuit = *short_circuit;

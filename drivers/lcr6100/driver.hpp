@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver of the GW Instek LCR-6000 series over its serial dialect (codec.hpp). Created by the
-// registry.
+// The driver of the GW Instek LCR-6000 series, which speaks its serial dialect (codec.hpp). Created
+// by the registry.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ namespace lcrig::lcr6100 {
 
 class Lcr6100 final : public LcrMeter {
  public:
-  // The port must have been opened just before. With a serial number, identify() refuses any other
-  // meter.
+  // `transport` must have been opened just before. With a serial number, identify() refuses any
+  // other meter.
   Lcr6100(std::unique_ptr<Transport> transport, Clock& clock, std::string expected_serial = "");
 
   const LcrCapabilities& capabilities() const override { return capabilities_; }
@@ -53,7 +53,7 @@ class Lcr6100 final : public LcrMeter {
   Clock& clock_;
   std::string expected_serial_;
   LcrCapabilities capabilities_;
-  LcrSettings settings_;  // as asked for, in force
+  LcrSettings settings_;  // the settings in force, as requested
   Duration conversion_{};
   MonoTime opened_;
   bool awake_ = false, configured_ = false;
@@ -62,8 +62,8 @@ class Lcr6100 final : public LcrMeter {
   std::string last_values_;  // the numbers of the last answer, as sent
   MonoTime last_poll_{};
   MonoTime last_fresh_{};
-  int slow_ = 0;  // number of consecutive readings that took far too long
-  bool set_up_again_ = false;  // for the flag of the next reading
+  int slow_ = 0;  // consecutive readings that took far too long
+  bool set_up_again_ = false;  // sets the flag of the next reading
 };
 
 }  // namespace lcrig::lcr6100

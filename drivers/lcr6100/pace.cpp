@@ -51,8 +51,8 @@ void Pace::lose_phase(MonoTime asked, MonoTime answered) {
   since_anchor_ = 0;
 }
 
-// The value came after its window. If the period is not much longer than nominal, it is the new
-// period. Otherwise two consecutive values were equal, or the meter paused.
+// The value came after its window. If the elapsed time is not much longer than the nominal period,
+// it gives the new period. Otherwise two consecutive values were equal, or the meter paused.
 void Pace::late(MonoTime asked, MonoTime answered) {
   const Duration shortest = stale_at_ - hi_;
   const Duration longest = answered - lo_;
@@ -91,10 +91,10 @@ void Pace::fresh(MonoTime asked, MonoTime answered) {
   const MonoTime window_begin = lo_ + period_min_ - kJitter;
   const MonoTime window_end = hi_ + period_max_ + kJitter;
   if (stale_at_ >= window_end) return late(asked, answered);
-  // The number of edges that are certainly past. One more may be.
+  // Counts the edges that have certainly passed. There may have been one more.
   std::int64_t steps = std::max<std::int64_t>(0, (asked - hi_ - kJitter) / period_max_);
   const bool maybe_more = lo_ + (steps + 1) * period_min_ - kJitter < answered;
-  if (steps == 0 && answered < window_begin) {  // too early for the period
+  if (steps == 0 && answered < window_begin) {  // earlier than the assumed period allows
     widen_period(0.4, 1.6);
     return lose_phase(asked, answered);
   }

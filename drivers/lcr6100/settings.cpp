@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kRates{"FAST", "MED", "SLOW"};
 
-// `APER?` -> `FAST,1`.
+// Field 0 or 1 of a reply such as `FAST,1` (APER?).
 std::string_view field(std::string_view reply, int index) {
   const auto comma = reply.find(',');
   if (index == 0) return trimmed(reply.substr(0, comma));
@@ -86,7 +86,7 @@ bool matches(const Setting& setting, std::string_view reply) {
 
 void apply(const Setting& setting, std::string_view reply, LcrSettings& s) {
   const auto value = parse_with_unit(reply);
-  if (!value) return;  // words matched exactly
+  if (!value) return;  // words need no reading: they matched exactly
   if (setting.id == SettingId::level) s.level = Voltage::from_si(*value);
   if (setting.id == SettingId::frequency) s.frequency = Frequency::from_si(*value);
   if (setting.id == SettingId::bias) s.bias = Voltage::from_si(*value);

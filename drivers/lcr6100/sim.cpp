@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::string_view kWords = ",OUT ,AUX-NG,NG";  // the comparator has no limits
-constexpr std::size_t kMaxLine = 1000;  // receive buffer of the related AT381x
+constexpr std::size_t kMaxLine = 1000;  // bytes; the receive buffer of the related AT381x
 constexpr Duration kWriteTime = 5s;
 constexpr Duration kSweepTime = 20s;
 }  // namespace
@@ -107,7 +107,7 @@ Task<> Lcr6100Sim::line(std::string_view text) {
   }
 }
 
-// Sends one line, with the faults that tests or scripts asked for.
+// Sends one line, with the faults that tests or scripts requested.
 Task<> Lcr6100Sim::answer(std::string text) {
   if (faults_.silent) co_return;
   SimFaults::Reply fault(SimFaults::Kind::none);
@@ -130,7 +130,7 @@ Task<> Lcr6100Sim::answer(std::string text) {
   }
   noise_.spoil(out_, faults_.byte_noise);
   auto written = co_await transport_->write_all(out_, clock_.now() + kWriteTime);
-  static_cast<void>(written);  // a meter does not care whether anybody listens
+  static_cast<void>(written);  // a meter does not notice whether anybody listens
 }
 
 Task<> Lcr6100Sim::speak(std::string text) {
@@ -167,7 +167,7 @@ double Lcr6100Sim::sigma(double frequency, double volt) const {
   return once * (1000 / frequency) / volt / std::sqrt(average_);
 }
 
-// Computes the conversion whose window has its middle at `middle`.
+// Computes the conversion whose window is centred on `middle`.
 void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
   computed_ = index;
   if (faults_.stuck && !reading_.empty()) return;
@@ -219,7 +219,7 @@ Task<> Lcr6100Sim::fetch(std::string_view what) {
     const std::int64_t k = finished();
     if (k > 0 && k != computed_) compute(grid_start_ + k * conversion() - conversion() / 2, k);
   }
-  if (reading_.empty()) co_return;  // trigger BUS, and nothing was triggered yet
+  if (reading_.empty()) co_return;  // bus trigger, and nothing was triggered yet
   if (what == ":MON") {
     if (monitors_.empty()) co_return;
     std::string text = monitors_.substr(1);
@@ -262,8 +262,8 @@ Task<> Lcr6100Sim::stream() {
   co_await answer(reading_ + std::string(kWords));
 }
 
-// Sweeps all frequencies, and hears nothing meanwhile. Whether the correction is applied is another
-// setting, which stays as it is.
+// Sweeps all frequencies, deaf to commands meanwhile. Does not change whether the correction is
+// applied, which is another setting.
 Task<> Lcr6100Sim::correct() {
   co_await answer("Correction running");
   co_await clock_.wait_for(kSweepTime);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated LCR-6100 for rehearsals, lcrig-sim, replays and tests. It answers the bytes that the
-// real one would, from a source of electrical values or from recorded readings.
+// A simulated LCR-6100. It answers the bytes that the real one would, from a source of electrical
+// values or from recorded readings. Used by rehearsals, lcrig-sim, replays and tests.
 #pragma once
 
 #include <array>
@@ -24,11 +24,11 @@ struct SimConfig {
   std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
   // Standard deviation of one conversion at 1 kHz and 1 V. It scales with 1/(f V sqrt(average)).
   std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
-  // Errors of this meter, from -1 to 1 of what its manual allows at each setting.
+  // This meter's errors, as fractions from -1 to 1 of what its manual allows at each setting.
   double gain_error = 0, offset_error = 0;
   std::uint64_t seed = 1;
-  // Open and short correction are on, also after a power cut: a person made them. What a bench
-  // calls stray capacitance is what they leave.
+  // Open and short correction are on, even after a power cut, because a person made them. The stray
+  // capacitance of a bench is what remains after them.
   bool corrected = false;
 };
 
@@ -36,32 +36,32 @@ struct SimConfig {
 struct SimFaults {
   using Kind = LineFault::Kind;
   using Reply = LineFault;
-  std::deque<Reply> replies;  // what happens to the next answers, one entry each
+  std::deque<Reply> replies;  // faults of the next answers, one entry each
   int lose_sets = 0;  // the next n set commands are lost
   std::string first_line;  // bytes sent before the first answer
   bool silent = false;
   bool streaming = false;  // sends every reading unasked, until SYST:RES FETCH
-  bool stuck = false;  // repeats its last reading
+  bool stuck = false;  // always repeats its last reading
   bool overload = false;
-  double slow_factor = 1;  // on the conversion time, until the aperture is set again
+  double slow_factor = 1;  // multiplies the conversion time until the aperture is set again
   double byte_noise = 0;  // probability that a byte of an answer is spoiled
   bool correction_fails = false;
 };
 
-// Called at every occasion, so that a fault script can decide (drivers/faults). May be empty. They
-// stay in force when the meter is unplugged.
+// Called at every occasion, so that a fault script can decide (drivers/faults). May be empty. The
+// hooks stay when the meter is unplugged.
 struct SimHooks {
-  std::function<LineFault()> answer;  // what happens to this answer
+  std::function<LineFault()> answer;  // the fault of this answer
   std::function<bool()> loses_set;  // true: this set command is lost
 };
 
 class Lcr6100Sim {
  public:
-  // The value at a time. The times asked for never go back by more than one conversion.
+  // The value at a time. No requested time is more than one conversion before an earlier one.
   using Source = std::function<Electrical(MonoTime)>;
-  // For replays: the newest "primary,secondary" as the meter sent it, at this time after the first
-  // FETC? or *TRG; nullopt: nothing yet. Conversion times, settings and noise are then not
-  // simulated.
+  // For replays: the newest "primary,secondary" as the meter sent it, this long after the first
+  // FETC? or *TRG; nullopt: nothing yet. Conversion times, settings and noise are not simulated
+  // then.
   using Recording = std::function<std::optional<std::string>(Duration)>;
 
   Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config, Source source);
@@ -71,20 +71,19 @@ class Lcr6100Sim {
   // Answers until the transport closes. This object must outlive the task.
   Task<> run();
   void close() { transport_->close(); }
-  // Plugs the cable in again after `run` has ended, with the settings kept. Call run() again.
+  // Plugs the cable in again after `run` has ended. The settings are kept. Call run() again.
   void attach(std::unique_ptr<Transport> transport);
-  // Takes over the settings of an earlier object of the same meter, of which only the cable was
-  // pulled.
+  // Takes over the settings of an earlier object for the same meter, whose cable was unplugged.
   void keep_settings_of(const Lcr6100Sim& before);
-  // As after a power cut: factory settings, nothing measured yet. With another identity it is
-  // another meter.
+  // As after a power cut: factory settings and no measurement. Another identity makes it another
+  // meter.
   void power_on(std::string identity = "");
   SimFaults& faults() { return faults_; }
   void set_hooks(SimHooks hooks) { hooks_ = std::move(hooks); }
-  // Sends a line unasked. An empty text repeats the latest reading.
+  // Sends a line that nobody asked for. An empty text repeats the latest reading.
   Task<> speak(std::string text);
   const std::string& identity() const { return config_.identity; }
-  // For tests: `told` gets each reading when it is answered, before any fault of the line.
+  // For tests: `told` gets each reading when it is answered, before any line fault.
   void watch(std::function<void(MonoTime, const std::string&)> told) { told_ = std::move(told); }
   // For tests: the number of FETC? in all forms.
   std::int64_t fetches() const { return fetches_; }

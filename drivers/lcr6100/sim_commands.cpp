@@ -19,10 +19,10 @@ struct Lcr6100Sim::Parameter {
   std::string_view header;
   std::string_view words;  // accepted words, separated by blanks; nothing may follow one
   double min = 1, max = 0;  // min > max: words only
-  std::string_view word;  // value at power-on; empty: `number`
+  std::string_view word;  // value at power-on; empty: `number` is
   double number = 0;
   Reply reply = Reply::as_is;
-  bool restarts = false;  // a change begins a new conversion
+  bool restarts = false;  // a change starts a new conversion
 };
 
 namespace {
@@ -109,7 +109,7 @@ std::string shown(Reply reply, const std::string& word, double number) {
 
 }  // namespace
 
-// Power-on values differ from what a driver sets, so that a lost command is noticed.
+// Power-on values differ from those that a driver sets, so that tests notice a lost command.
 const std::vector<Lcr6100Sim::Parameter>& Lcr6100Sim::parameters() {
   constexpr std::string_view kOnOff = "ON OFF";
   static const std::vector<Parameter> table{

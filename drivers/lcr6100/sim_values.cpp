@@ -67,8 +67,8 @@ BasicAccuracy basic_accuracy(bool fast, double frequency_Hz, double level_V) {
                     : level_V >= 0.3 ? std::lerp(1.5, 1.0, (level_V - 0.3) / 0.7)
                                      : std::lerp(2.5, 1.5, (level_V - 0.1) / 0.2);
   const double low = frequency_Hz < 100 ? 1 + std::sqrt(100 / frequency_Hz) : 1;
-  // Kb is a share of the reading and grows with Z = 1/(w C), so as a capacitance it is the same
-  // for all.
+  // Kb is a fraction of the reading and grows with Z = 1/(w C). As a capacitance it is therefore
+  // the same for all values.
   const double per_ohm = fast ? 2e-9 * (1 + 0.1 / level_V) : 1e-9 * (1 + 0.07 / level_V);
   return {(fast ? 1e-3 : 5e-4) * ar, per_ohm * low / (2 * std::numbers::pi * frequency_Hz)};
 }

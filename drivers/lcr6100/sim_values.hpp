@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values that the simulated meter (sim.cpp) derives from a capacitance: all functions of its
-// menu, and noise.
+// Computes the values that the simulated meter shows for a capacitance: all functions of its menu,
+// and noise. Used by sim.cpp.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@ class Impedance {
   double cp_, d_, omega_, r_, x_, z2_;
 };
 
-// How much a capacitance of more than 500 ohm may be wrong at 18 to 28 degrees and without a cable,
-// where the correction was measured at the frequency itself: A Ar on every value alike, and Kb as
-// what is left of the open circuit after its correction (LCR reference 4.1 and 4.2).
+// The error that the manual allows for a capacitance of more than 500 ohm, at 18 to 28 degrees,
+// without a cable, with the correction measured at the same frequency: A Ar on every value alike,
+// and Kb for what remains of the open circuit after its correction (LCR reference 4.1 and 4.2).
 struct BasicAccuracy {
   double gain = 0, offset_F = 0;  // limits, +-
 };
@@ -34,7 +34,7 @@ BasicAccuracy basic_accuracy(bool fast, double frequency_Hz, double level_V);
 // has the same noise whether or not anybody reads it.
 std::pair<double, double> noise_pair(std::uint64_t seed, std::uint64_t epoch, std::int64_t index);
 
-// Appends one number of a reading as the meter shows it. A resistance above 99.9999 Mohm is an
+// Appends one number of a reading as the meter displays it. A resistance above 99.9999 Mohm is an
 // overload.
 void append_value(std::string& line, std::string_view word, double value);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares words of the meter's dialect, which may have blanks around them and either case. Used by
-// codec, settings and simulator.
+// Compares words of the meter's dialect, ignoring case. Used by codec, settings and simulator.
 #pragma once
 
 #include <string_view>

@@ -31,7 +31,7 @@ void add_hello(Writer& w, const Hello& hello) {
   if (hello.identity.simulated) w.flag("simulated", true);
 }
 
-// All six fields must be present, or none, because some of them alone bound nothing.
+// All six fields must be present or none: some of them without the others bound nothing.
 Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
   constexpr std::array<std::string_view, 6> kKeys{
       "force_approach_mm_s", "force_contact_N", "force_rate_max_N_s",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// frame-link/1: pure functions from text to values and back, for driver, link and simulator.
+// frame-link/1: pure functions from text to values and back. Used by driver, link and simulator.
 // docs/frame-link.md is the specification.
 //
 //   HELLO proto=1 side=gateway maker=... model=... serial=... version=...
@@ -34,7 +34,7 @@ struct Hello {
   int revision = kRevision;
   std::string side;  // "host" or "gateway"
   Identity identity;  // firmware: the gateway's version
-  std::string origin;  // of the zeros of force and travel; from revision 2 on
+  std::string origin;  // token for the zeros of force and travel; from revision 2 on
 };
 std::string format_hello(const Hello& hello);
 Result<Hello> parse_hello(const Line& line);
@@ -60,13 +60,13 @@ constexpr std::string_view kHostSilent = "host silent";
 constexpr std::string_view kHostHeartbeat = "HB\n";
 
 Result<FrameLimits> parse_limits(const Line& line);
-Result<Length> length_of(const Line& line, std::string_view key);  // a key in mm
+Result<Length> length_of(const Line& line, std::string_view key);  // a key in mm, in metres
 Result<Velocity> speed_of(const Line& line);  // speed_mm_s
 Result<Force> force_of(const Line& line);  // force_N
 
 // Answers and reports, gateway to daemon.
 std::string format_ok(std::int64_t number);
-std::string format_ok(std::int64_t number, std::string_view origin);  // to ZERO
+std::string format_ok(std::int64_t number, std::string_view origin);  // the answer to ZERO
 std::string format_err(std::int64_t number, std::string_view code, std::string_view text);
 std::string format_done(std::int64_t number, const MotionOutcome& outcome);
 std::string format_stopped(std::int64_t stops, const MotionOutcome& standing);

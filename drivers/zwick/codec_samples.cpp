@@ -13,7 +13,7 @@ namespace lcrig::frame_link {
 
 namespace {
 
-// A column of a sample line: n values separated by commas. An empty value is missing.
+// Appends a column of a sample line: n values separated by commas. A missing value is empty.
 template <class Get>
 void append_column(std::string& out, std::string_view key, std::span<const FrameSample> samples,
                    Get get) {

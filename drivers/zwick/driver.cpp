@@ -237,8 +237,8 @@ Task<Result<>> ZwickLink::zero(bool force, bool travel) {
 }
 
 Task<Result<>> ZwickLink::resync() {
-  // Answers are numbered and cannot be mixed up, so one exchange that shows that the gateway obeys
-  // is enough.
+  // Answers carry numbers and cannot be confused. One exchange is enough to show that the gateway
+  // obeys.
   co_return co_await command(link_, &frame_link::format_status);
 }
 

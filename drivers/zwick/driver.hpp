@@ -25,11 +25,10 @@ class ZwickLink final : public LoadFrame {
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
   std::optional<std::string> origin() const override;
-  // Starts the link and sends STOP first. Errors: no_reply, garbled (something else answers),
-  // refused (another protocol).
+  // Starts the link and sends STOP before anything else. Errors: no_reply, garbled (something else
+  // answers), refused (another protocol).
   Task<Result<Identity>> identify() override;
-  // Fails with a gateway of revision 1, which does not know the word OBSERVE. Nothing else is
-  // tried.
+  // Fails with a gateway of revision 1, which does not know OBSERVE. It does not try anything else.
   Task<Result<Identity>> observe(double rate_Hz) override;
   Task<Result<>> arm(FrameLimits limits) override;
   Task<Result<>> set_sample_rate(double rate_Hz) override;

@@ -71,8 +71,8 @@ Result<std::int64_t> command_number(std::string_view token) {
   return *value;
 }
 
-// A key with a spoiled byte would be ignored as unknown, and its value would silently be missing.
-// So keys with unusual characters are refused.
+// Refuses keys with unusual characters. A key with a spoiled byte would be ignored as unknown, and
+// its value would be missing without notice.
 bool is_key(std::string_view text) {
   return std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';

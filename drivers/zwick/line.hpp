@@ -14,7 +14,7 @@
 
 namespace lcrig::frame_link {
 
-constexpr std::size_t kMaxLine = 65536;  // bytes, LF included
+constexpr std::size_t kMaxLine = 65536;  // bytes, including the LF
 constexpr std::size_t kMaxFields = 100;  // bounds the search for duplicate keys
 
 // One message. Its views point into the parsed text.
@@ -34,7 +34,7 @@ struct Line {
 
 // Errors: garbled. `text` is one line without its LF.
 Result<Line> parse_line(std::string_view text);
-// The number of a command that does not parse, if at least that can be read.
+// The number of a command that does not parse, if the number itself can be read.
 std::optional<std::int64_t> number_of_bad_line(std::string_view text);
 
 // Cuts a byte stream into lines. A line longer than kMaxLine is dropped up to its LF and counted.

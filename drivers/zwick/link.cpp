@@ -117,8 +117,8 @@ void Link::give_up_greeting() {
 }
 
 std::int64_t Link::send_stop() {
-  // The LF ends a line that a previous daemon may have left unfinished. Otherwise STOP would become
-  // part of it.
+  // The LF ends a line that a previous daemon may have left unfinished. Otherwise the gateway would
+  // read STOP as part of it.
   if (!identity_) urgent_ += "\n";
   urgent_ += kStop;
   writer_.notify();
@@ -162,7 +162,7 @@ Task<> Link::read() {
     } else {
       heard_ = clock_.now();
     }
-    // Garbage makes read_some return, but it is no sign of life.
+    // Garbage makes read_some return, but does not prove that the gateway is alive.
     if (!lost_ && is_greeted() && clock_.now() - heard_ >= kSilence) {
       lose(Error(Errc::disconnected, name() + ": no valid line from the gateway for 1 s"));
     }
@@ -200,7 +200,7 @@ void Link::on_hello(const Line& line) {
   auto hello = parse_hello(line);
   if (!hello) return on_garbage("HELLO", hello.error().what);
   if (hellos_owed_ == 0) {
-    if (!identity_) return;  // from an older session; ours is not asked for yet
+    if (!identity_) return;  // from an older session: ours has not asked yet
     return lose(Error(Errc::disconnected, name() + ": the gateway was restarted"));
   }
   --hellos_owed_;
@@ -226,7 +226,8 @@ void Link::take_origin(const Line& line) {
 }
 
 void Link::on_event(const Line& line) {
-  EventName kind("device_" + printable(line.text("kind")));  // a database takes UTF-8 only
+  EventName kind("device_" + printable(line.text("kind")));  // printable, because a database
+                                                             // accepts UTF-8 only
   if (kind == EventKind::device_origin) take_origin(line);
   event(std::move(kind), line.text("text"));
 }
@@ -250,14 +251,14 @@ void Link::on_answer(const Line& line) {
 
 void Link::on_done(const Line& line) {
   MotionOutcome outcome = parse_done(line);
-  // This also applies to a stopped motion, because a fault during braking is a fault. It does not
-  // apply to an unknown reason or to a DONE of another session.
+  // Reported even for a stopped motion, because a fault during braking is a fault. Not reported for
+  // an unknown reason or a DONE of another session.
   const bool ours = *line.number <= last_number_;
   if (ours && line.text("reason") == to_string(MotionEnd::fault) && outcome.detail != kHostSilent) {
     event(EventKind::motion_fault, outcome.detail);
   }
   const auto it = exchanges_.find(*line.number);
-  if (it == exchanges_.end()) return;  // its task was cancelled; the samples show the end
+  if (it == exchanges_.end()) return;  // its task was cancelled; samples show the end
   if (!it->second->answer) it->second->answer = Result<>();
   it->second->done = std::move(outcome);
 }
@@ -293,7 +294,7 @@ void Link::check_sequence() {
     event(EventKind::gap,
           fmt::format("{}: {} samples missing before seq {}", name(), first - expected, first));
   } else if (first < expected) {
-    // No sample may be passed on twice, because (run, seq) is a key of the recording.
+    // Samples are never passed on twice, because (run, seq) is a key of the recording.
     const auto n = std::erase_if(batch_, [&](const auto& s) { return s.device_seq < expected; });
     event(EventKind::repeated_samples,
           fmt::format("{}: {} samples from seq {} again", name(), n, first));

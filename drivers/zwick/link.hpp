@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's end of frame-link/1, used by the driver only. One coroutine reads and dispatches
-// lines, the other writes lines and heartbeats. driver.cpp knows what a command means.
+// The daemon's end of frame-link/1. Used by the driver only. One coroutine reads and dispatches
+// lines, the other writes lines and heartbeats. The meaning of commands is in driver.cpp.
 #pragma once
 
 #include <array>
@@ -53,7 +53,7 @@ class Link : public std::enable_shared_from_this<Link> {
     const std::int64_t number;
     const std::int64_t stops;  // number of STOPs sent before it
     Waiting waiting;
-    std::optional<Result<>> answer;  // OK or ERR
+    std::optional<Result<>> answer;  // the gateway's OK or ERR
     std::optional<MotionOutcome> done;
   };
 
@@ -65,12 +65,12 @@ class Link : public std::enable_shared_from_this<Link> {
   // and a gateway that does not answer HELLO may still move.
   void send_hello();
   void send_observe(double rate_Hz);  // asks for a session that may not command
-  void give_up_greeting();  // nobody answered; a later HELLO is not taken for the answer
+  void give_up_greeting();  // a HELLO that comes later is not taken for the answer
   // Sends STOP ahead of everything queued. Returns the number of STOPs sent in this session.
   std::int64_t send_stop();
   bool is_stopped(std::int64_t stops) const { return stopped_ >= stops; }
 
-  // True when HELLO and CAPS have come for the session that was asked for last.
+  // True when HELLO and CAPS have arrived for the latest session that was asked for.
   bool is_greeted() const { return identity_ && caps_ && hellos_owed_ == 0 && !caps_owed_; }
   bool is_observer() const { return observer_; }
   const std::optional<Hello>& hello() const { return identity_; }
@@ -133,7 +133,7 @@ class Link : public std::enable_shared_from_this<Link> {
   bool observer_ = false;
   std::string garbage_, garbage_why_;
   MonoTime garbage_reported_;
-  std::int64_t garbage_count_ = 0;  // since the last report
+  std::int64_t garbage_count_ = 0;  // lines since the last report
 
   std::vector<Wakeup*> waiting_;
   std::map<std::int64_t, Exchange*> exchanges_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts between the millimetres of frame-link/1 and the program's metres. Only for the codec.
+// Converts between the millimetres of frame-link/1 and the program's metres. Used by the codec
+// only.
 #pragma once
 
 #include <cmath>

@@ -52,7 +52,7 @@ Task<> ZwickSim::run() {
   if (!observer_) end_command("link closed");
 }
 
-// The host that could command is gone. The machine stops, and must be armed again.
+// Called when the commanding host is gone. The machine stops and must be armed again.
 void ZwickSim::end_command(std::string_view why) {
   if (!machine_) return;
   clerk_->end_session();
@@ -172,7 +172,7 @@ MonoTime ZwickSim::next_due() const {
   if (const auto event = clerk_ ? clerk_->next_event() : std::nullopt) due = std::min(due, *event);
   if (stop_due_) due = std::min(due, *stop_due_);
   if (rate_Hz_ > 0 && machine_) {
-    // Wake at the last sample of this batch, because the device fills a batch before it sends it.
+    // The device fills a batch before it sends it, so wake at the batch's last sample.
     const auto missing = static_cast<std::int64_t>(0.1 * rate_Hz_) - std::ssize(batch_) - 1;
     due = std::min(due, sample_time(rate_index_ + std::max<std::int64_t>(0, missing)));
   } else if (const auto row = next_sample()) {
@@ -226,7 +226,7 @@ void ZwickSim::play_until(MonoTime now) {
   }
 }
 
-// Lies that were changed from outside take effect now.
+// Applies lies that were changed from outside.
 void ZwickSim::lie(MonoTime now) {
   if (!machine_) return;
   if (std::exchange(faults.lose_tare, false)) {

@@ -22,7 +22,7 @@
 
 namespace lcrig {
 
-// The world as the simulated machine uses it: the calls of Plant that concern a frame.
+// The simulated machine's view of the world: the functions of Plant that concern a frame.
 class FrameScene {
  public:
   virtual ~FrameScene() = default;
@@ -67,7 +67,7 @@ class PlantScene : public FrameScene {
 
 // One row of a recording. An absent value is also absent in the sample.
 struct RecordedRow {
-  double t_s = 0;  // ascending
+  double t_s = 0;  // in ascending order
   std::optional<double> travel_m, force_N;
 };
 
@@ -79,16 +79,16 @@ struct ZwickSimSettings {
   double speed_min_m_s = 1e-7;
   double approach_m_s = 1e-4;  // speed of RAMPF before contact
   double device_clock_start_s = 0;
-  double device_clock_ppm = 0;  // runs fast by this
+  double device_clock_ppm = 0;  // the device clock runs fast by this
   std::uint64_t seed = 1;  // noise
 
-  // Replaces the true capabilities in CAPS. Travel is as at the first reference run.
+  // Replaces the true capabilities in CAPS. Its travel refers to the first reference run.
   std::optional<FrameCapabilities> declared;
   // How often the gateway checks the force; 0: the device watches it continuously.
   double watch_period_s = 0;
   // The force loop. It overshoots the target of a ramp by its rate times the lag and holds a force
-  // within the ripple. With `loop_lands` it first stops at contact, as every motion does. By
-  // default it is exact.
+  // within the ripple. With `loop_lands` it first stops at contact, as every motion does. The
+  // default loop is exact.
   double loop_lag_s = 0, loop_ripple_N = 0, loop_rate_max_N_s = 1e3;
   bool loop_lands = false;
   // The link. Each transmission is late by the delay and a random part of the jitter, each answer
@@ -101,20 +101,20 @@ struct ZwickSimSettings {
 // Wrong behaviour of the machine, or wrong reports of the gateway (docs/faults.md). Each may begin
 // and end at any time.
 struct ZwickSimLies {
-  // The cell.
-  bool force_frozen = false;  // repeats its last value
+  // Of the cell.
+  bool force_frozen = false;  // always repeats its last value
   bool force_held = false;  // shows a constant mean with scatter
   double force_gain = 1;  // factor on the force that it shows
   bool force_reversed = false;
-  double force_drift_N_s = 0;  // from the moment it is set
+  double force_drift_N_s = 0;  // starts when it is set
   double force_scatter = 1;  // factor on its noise
-  // The drive.
+  // Of the drive.
   bool drive_reversed = false;  // moves away from its target
-  double creep_m_s = 0;  // moves on after every motion, and from now on; STOP ends it
-  bool estop = false;  // held down
-  // How the gateway handles orders and reports on them.
+  double creep_m_s = 0;  // moves on after every motion, and right away; STOP ends it
+  bool estop = false;  // pressed
+  // Of the gateway: how it handles orders and reports on them.
   double order_late_s = 0;  // orders are carried out this late, even after a STOP
-  bool done_early = false;  // half-way (in a motion: at once), with the target's values
+  bool done_early = false;  // DONE comes half-way (in a motion: at once), with the target's values
   bool done_unmoved = false;  // DONE after 0.5 s without any motion
   double done_late_s = 0;
   bool stop_ignored = false;  // STOP is neither obeyed nor answered
@@ -127,9 +127,9 @@ struct ZwickSimLies {
 
 // Faults to inject; the frame link cannot reach them. All are off until set. Counters count down.
 struct ZwickSimFaults {
-  bool silent = false;  // sends nothing, not even HB
+  bool silent = false;  // sends nothing at all
   bool deaf = false;  // receives nothing, but the line stays open
-  std::int64_t lose_samples = 0;  // the next n samples are lost; their numbers are used up
+  std::int64_t lose_samples = 0;  // the next n samples are lost, but counted in seq
   double clock_jump_s = 0;  // added to the device clock
   std::string refuse_next;  // error code for the next command
   bool never_complete = false;  // the gateway does not notice that motions end
@@ -150,7 +150,7 @@ struct ZwickSimFaults {
 
 // Called at every occasion, so that a fault script can decide (drivers/faults). May be empty.
 struct ZwickSimHooks {
-  std::function<LineFault()> sends;  // what happens to this transmission, of one line or more
+  std::function<LineFault()> sends;  // the fault of this transmission, which is one line or more
   std::function<std::string()> refuses;  // error code for this command; empty: none
   std::function<bool()> loses_done;  // true: this DONE is lost
 };
@@ -166,16 +166,16 @@ class ZwickSim {
  public:
   ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, FrameScene& scene,
            ZwickSimSettings settings = ZwickSimSettings());
-  // Plays `rows` verbatim as samples from start_recording() on. It cannot move and accepts any
-  // RATE.
+  // Plays `rows` verbatim as samples from start_recording() on. Such a machine cannot move and
+  // accepts any RATE.
   ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, std::vector<RecordedRow> rows,
            ZwickSimSettings settings = ZwickSimSettings());
   ~ZwickSim();
 
   Task<> run();
   void close();  // ends `run`; idempotent
-  // A new connection after `run` has ended. The machine keeps position, tare and clock. Call run()
-  // again.
+  // Sets a new connection after `run` has ended. The machine keeps position, tare and clock. Call
+  // run() again.
   void attach(std::unique_ptr<Transport> transport);
 
   void start_recording();
@@ -187,12 +187,10 @@ class ZwickSim {
   // For tests: called with each sample as it is taken, even if it is then lost.
   std::function<void(MonoTime, const FrameSample&)> watch;
   void poke() { wakeup_.notify(); }
-  void stall();  // the drive stops moving without anybody noticing
+  void stall();  // the drive stops moving, and nothing reports it
   // The machine stops by itself. `kind` is a word of docs/frame-link.md, section 6, or empty.
   void trip(std::string_view kind, std::string_view text);
-  ZwickSimSettings& settings() {
-    return settings_;
-  }  // of the gateway; changes act with the next HELLO
+  ZwickSimSettings& settings() { return settings_; }  // changes take effect at the next HELLO
   // As after switching off and on: tare and limits are lost, and the clock restarts.
   void forget();
   // The gateway's program restarts on an open line: motion stops and the session ends.
@@ -257,7 +255,7 @@ class ZwickSim {
     MonoTime due;
     std::string bytes;
   };
-  std::deque<Sent> line_;  // under way; a line keeps their order
+  std::deque<Sent> line_;  // bytes on the line, which keeps their order
   std::deque<Sent> answers_;  // not yet sent
   LineNoise noise_;
   std::mt19937_64 random_;  // decides what is late or missing
@@ -267,9 +265,9 @@ class ZwickSim {
   std::int64_t stops_ = 0;  // received in this session
   std::int64_t last_number_ = -1;  // of a command in this session
   bool stop_owed_ = false;
-  std::optional<MonoTime> stop_due_;  // when a late gateway answers it
+  std::optional<MonoTime> stop_due_;  // when a slow gateway will answer it
   ZwickSimLies lies_;  // as of the latest catch_up
-  double clock_gain_s_ = 0;  // gained by a wrong rate until clock_since_
+  double clock_gain_s_ = 0;  // error of a wrong rate until clock_since_
   MonoTime clock_since_;
 
   double rate_Hz_ = 0;

@@ -7,7 +7,7 @@ namespace lcrig::frame_link {
 
 namespace {
 
-constexpr int kLooks = 400;  // steps of the search when the cell lies
+constexpr int kLooks = 400;  // steps of the search for a crossing when the cell lies
 
 }  // namespace
 
@@ -60,7 +60,7 @@ double SimCell::raw_N(MonoTime t, double shown_N) const {
   return (shown_N + tare_N_ - offset_N(t)) / (reversed_ ? -gain : gain);
 }
 
-// The zero of the cell may drift during the motion, so a first estimate is refined once.
+// The zero of the cell may drift during the motion, so the first estimate is refined once.
 std::optional<MonoTime> SimCell::crossing(double shown_N, MonoTime from, MonoTime to) const {
   if (!is_honest()) return searched(shown_N, from, to);
   auto at = scene_.force_crossing(raw_N(from, shown_N), from, to);
@@ -88,7 +88,7 @@ std::optional<MonoTime> SimCell::searched(double wanted_N, MonoTime from, MonoTi
   return high;
 }
 
-// Taring averages over about twenty conversions.
+// Taring averages about twenty conversions.
 void SimCell::tare(MonoTime t) {
   const double cell = cell_N(t);
   tare_N_ = cell - scene_.config().force_tare_error_N;

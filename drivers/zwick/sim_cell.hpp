@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The load cell of the simulated machine (sim_machine.hpp): how it shows the true force, with or
-// without lies.
+// The load cell of the simulated machine (sim_machine.hpp): the force that it shows for the true
+// force, with or without lies.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace lcrig::frame_link {
 
 double quantise(double value, double resolution);  // to a multiple of `resolution`
 
-// Shown values are tared. Scene and random numbers must outlive it. Times must not go backwards.
+// Shown values are tared. `scene` and `random` must outlive it. Times must not go backwards.
 class SimCell {
  public:
   SimCell(const FrameScene& scene, std::mt19937_64& random) : scene_(scene), random_(random) {}
@@ -21,7 +21,7 @@ class SimCell {
   bool is_honest() const {
     return !is_frozen() && !reversed_ && gain_ == 1 && rate_N_s_ == 0 && past_N_ == 0;
   }
-  bool is_frozen() const { return frozen_N_ || held_N_ || gain_ == 0; }  // apart from noise
+  bool is_frozen() const { return frozen_N_ || held_N_ || gain_ == 0; }  // except for noise
   double drift_N_s() const { return rate_N_s_; }  // drift that was injected as a lie
 
   // One conversion, tared and rounded to digits; nullopt: out of range. `spike_N` acts on the cell,
@@ -32,7 +32,7 @@ class SimCell {
   double unloaded_N(MonoTime t) const { return offset_N(t) - tare_N_; }
   // The true force at which a cell that is not frozen shows `shown_N`.
   double raw_N(MonoTime t, double shown_N) const;
-  // When the cell first passes this value, whatever the drive does.
+  // When the cell first shows this value, even if the drive disobeys.
   std::optional<MonoTime> crossing(double shown_N, MonoTime from, MonoTime to) const;
 
   void tare(MonoTime t);
@@ -54,7 +54,7 @@ class SimCell {
   bool reversed_ = false;
   double gain_ = 1;
   double scatter_ = 1;
-  double past_N_ = 0, rate_N_s_ = 0;  // drift until `since_`, and its rate from then on
+  double past_N_ = 0, rate_N_s_ = 0;  // drift until `since_`, and the rate after it
   MonoTime since_;
 };
 

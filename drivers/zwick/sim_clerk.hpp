@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands between ZwickSim and its SimMachine: passes orders on and reports the ends of motions. By
-// default at once and truthfully; as a fault late, early, or without any motion.
+// Passes orders from ZwickSim to its SimMachine, and reports the ends of motions back. Normally at
+// once and truthfully; as a fault late, early, or without any motion. Used by ZwickSim.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ struct Order {
   std::function<Verdict(MonoTime t)> carry_out;
 };
 
-// The machine must outlive it. next_event() and advance() include the machine's events.
+// Delays or falsifies orders and reports. The machine must outlive it. next_event() and advance()
+// include the machine's events.
 class SimClerk {
  public:
   explicit SimClerk(SimMachine& machine) : machine_(machine) {}
@@ -38,7 +39,7 @@ class SimClerk {
   struct Waiting {
     MonoTime due;
     Order order;
-    bool is_wanted = true;  // false after a STOP
+    bool is_wanted = true;  // false once a STOP has cancelled it
   };
   struct Claim {
     MonoTime due;

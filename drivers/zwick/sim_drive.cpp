@@ -47,7 +47,8 @@ bool SimDrive::wants_more(MonoTime t) const {
   return order_->to > (order_->is_force ? world_.force_N(t) : world_.travel_m(t));
 }
 
-// The controller sees the distance to its target grow and drives on to the end of travel.
+// The controller drives the wrong way, sees the distance to its target grow, and drives on to the
+// end of travel.
 void SimDrive::disobey(MonoTime t) {
   const PlantConfig& p = world_.config();
   const bool towards = !wants_more(t);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The drive of the simulated machine (sim_machine.hpp), between its controller and the scene. It
-// does what it is told or, as a fault, runs the other way or creeps.
+// obeys or, as a fault, runs the other way or creeps.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@ class SimDrive final : public FrameScene {
  public:
   explicit SimDrive(FrameScene& world) : world_(world) {}
 
-  // A motion under way reverses.
+  // Also reverses a motion under way.
   void set_reversed(MonoTime t, bool on);
   // Positive: towards the specimen. Creeps until it is halted or told to move.
   void creep(MonoTime t, double speed_m_s);
   bool is_creeping() const { return creeps_; }
-  // Runs away from its target and will never arrive.
+  // It runs away from its target and will never arrive.
   bool is_astray() const { return order_ && reversed_; }
 
   const PlantConfig& config() const override { return world_.config(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Force control of the simulated machine: approach, ramp, hold, and how the loop behaves with a
+// Force control of the simulated machine: approach, ramp, hold, and the loop's behaviour with a
 // cell that lies.
 #include <algorithm>
 #include <cmath>
@@ -91,7 +91,7 @@ void SimMachine::consider_edge(MonoTime t) {
   if (at_edge > 0) consider(scene_.force_crossing(at_edge, t, event_), Cause::travel_limit);
 }
 
-// The loop believes a cell that lies: it goes on at the commanded rate until the cell shows the
+// The loop believes a cell that lies: it continues at the commanded rate until the cell shows the
 // target.
 void SimMachine::control(MonoTime t) {
   if (cell_.is_honest() || !limits_.are_set()) {
@@ -113,7 +113,7 @@ void SimMachine::control(MonoTime t) {
       direction_ > 0 ? limits_.now().travel_max.si() : limits_.now().travel_min.si();
   const double rate = is_there ? std::abs(follows) : ramp_rate_N_s_;
   scene_.ramp_force(t, scene_.force_at_travel_N(edge + travel_zero_m_), rate);
-  if (is_there && phase_ == Phase::standing) return;  // as far as the loop knows, it holds
+  if (is_there && phase_ == Phase::standing) return;  // the loop believes that it holds
   phase_ = Phase::moving;
   await_arrival(t);
   arrival_reason_ = MotionEnd::travel_limit;

@@ -9,7 +9,7 @@ namespace lcrig::frame_link {
 namespace {
 
 constexpr double kMaxStiffness_N_m = 1e8;
-constexpr double kTravelSlack_m = 1e-10;  // below any drive's resolution
+constexpr double kTravelSlack_m = 1e-10;  // below the resolution of any drive
 
 }  // namespace
 
@@ -30,7 +30,7 @@ FrameCapabilities SimLimits::of_machine() const {
     c.force_loop->contact = Force::from_si(felt_N(p));
     c.force_loop->rate_max = ForceRate::from_si(settings_.loop_rate_max_N_s);
     c.force_loop->lag = from_seconds(settings_.loop_lag_s);
-    // The ripple as shown includes the noise of the cell.
+    // The shown force contains the noise of the cell, so the ripple includes it.
     c.force_loop->ripple = Force::from_si(settings_.loop_ripple_N + 5 * p.force_noise_N);
     c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
   }

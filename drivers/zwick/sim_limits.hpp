@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The capabilities of the simulated machine (sim_machine.hpp) and the limits that it was armed
-// with. Requests beyond them are refused.
+// The capabilities of the simulated machine and the limits that it was armed with. It refuses
+// requests beyond them. Used by SimMachine.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace lcrig::frame_link {
 
 struct Refusal {
   Refusal(std::string c, std::string t) : code(std::move(c)), text(std::move(t)) {}
-  std::string code, text;  // as in ERR
+  std::string code, text;  // as in the gateway's ERR
 };
 using Verdict = std::optional<Refusal>;  // nullopt: accepted
 
@@ -23,11 +23,13 @@ inline double direction_of(double way) {
   return way < 0 ? -1.0 : 1.0;
 }
 
-inline constexpr double kForceSlack_N = 1e-12;  // for a motion that stopped exactly there
+inline constexpr double kForceSlack_N = 1e-12;  // allows for a motion that stopped exactly at a
+                                                // limit
 
 double felt_N(const PlantConfig& config);  // the smallest force that counts as contact
 
-// Scene and settings must outlive it. `zero_m` is the machine's own travel where samples show 0.
+// `scene` and `settings` must outlive it. `zero_m` is the machine's own travel where samples show
+// 0.
 class SimLimits {
  public:
   SimLimits(const FrameScene& scene, const ZwickSimSettings& settings)

@@ -28,7 +28,7 @@ void SimMachine::set_lies(MonoTime t, const ZwickSimLies& lies) {
   if (phase_ == Phase::moving) look_ahead(t);
 }
 
-// E-stop: the drive has no power, so whatever it does ends.
+// E-stop: the drive has no power, so whatever it is doing ends.
 void SimMachine::cut(MonoTime t) {
   if (phase_ == Phase::standing && !force_control_ && !drive_.is_creeping()) return;
   text_ = "E-stop";
@@ -77,7 +77,7 @@ void SimMachine::await_arrival(MonoTime t) {
   cause_ = Cause::arrived;
 }
 
-// Finds the event that will end the current motion, as far as the device can know it.
+// Finds the event that will end the current motion, judged by what the device can know.
 void SimMachine::look_ahead(MonoTime t) {
   await_arrival(t);
   if (goal_N_) consider(crossing(t, *goal_N_), goal_cause_);
@@ -134,7 +134,7 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
   if (auto no = check_direction(t, direction)) return no;
   const double way = (guard_m + travel_zero_m_ - scene_.travel_m(t)) * direction;
   double goal = force_N;
-  // A release ends when the shown force is at most the goal, within half a digit.
+  // A release ends when the shown force is at most the goal, give or take half a digit.
   if (direction < 0) {
     goal = std::max(goal, cell_.unloaded_N(t) + scene_.config().force_resolution_N / 2);
   }
@@ -167,7 +167,7 @@ Verdict SimMachine::zero(MonoTime t, bool force, bool travel) {
 void SimMachine::halt(MonoTime t, MotionEnd reason, std::string text) {
   if (phase_ == Phase::standing && !force_control_ && !drive_.is_creeping()) return;
   if (phase_ == Phase::braking) return;  // the first cause of braking is reported
-  if (phase_ == Phase::landing) {  // it is braking already
+  if (phase_ == Phase::landing) {  // the drive brakes already
     phase_ = Phase::braking;
     reason_ = reason;
     text_ = std::move(text);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The machine behind the simulated gateway (sim.hpp): limits, motion with device-side stops, tare,
-// noise.
+// The simulated machine: limits, motion with device-side stops, tare, noise. Used by the simulated
+// gateway (sim.hpp).
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@
 
 namespace lcrig::frame_link {
 
-// A motion that ended. Without a number nobody waits for its end.
+// A motion that ended. Without a number, no client waits for its end.
 struct FinishedMotion {
   std::optional<std::int64_t> number;
   MotionOutcome outcome;
 };
 
-// Values are tared, as the samples show them, unless a name says raw. Times must not go backwards:
-// the owner handles every next_event() before it commands anything later.
+// Values are tared, as samples show them, unless a name says raw. Times must not go backwards: the
+// owner handles every next_event() before it commands anything at a later time.
 class SimMachine {
  public:
   SimMachine(FrameScene& scene, const ZwickSimSettings& settings);
@@ -47,14 +47,14 @@ class SimMachine {
   void stall(MonoTime t);
   void set_lies(MonoTime t, const ZwickSimLies& lies);
   void drop_number() { number_.reset(); }  // the end of this motion is not reported
-  // Forgets the number like drop_number, and lets the gateway accept the next motion.
+  // Like drop_number, and the gateway also accepts the next motion.
   void disown() { disowned_ = number_.has_value(), number_.reset(); }
   void lose_tare(bool says_so);
   void set_never_complete(bool on) { never_complete_ = on; }
   void set_late_stop(double seconds) { late_stop_s_ = seconds; }
-  // Ends a motion when a sample is beyond the limits, even if no true force explains it.
+  // Ends a motion when a sample exceeds the limits, even without a true force behind it.
   void feel(MonoTime t, const FrameSample& shown);
-  void forget();  // as after switching off: tare, zero and limits
+  void forget();  // as after switching off: loses tare, zero and limits
 
   double travel_zero_m() const { return travel_zero_m_; }
   bool is_moving() const { return phase_ != Phase::standing && !disowned_; }
@@ -94,7 +94,7 @@ class SimMachine {
   double held_N(double goal_N);
 
   SimDrive drive_;
-  FrameScene& scene_;  // the scene as the drive acts on it
+  FrameScene& scene_;  // the scene through drive_, which may disobey
   const ZwickSimSettings& settings_;
   SimLimits limits_;
   std::mt19937_64 random_;
@@ -108,16 +108,16 @@ class SimMachine {
   bool force_control_ = false;
   bool never_complete_ = false;
   double late_stop_s_ = 0;
-  bool put_off_ = false;  // the stop of this motion was delayed once
+  bool put_off_ = false;  // the stop of this motion was already delayed
   bool disowned_ = false;
-  std::optional<double> goal_N_;  // for a motion that stops at a force; as shown
+  std::optional<double> goal_N_;  // for a motion that stops at a force, as shown
   Cause goal_cause_ = Cause::goal;
   std::optional<std::int64_t> number_;
   double direction_ = 0;  // +1 towards the specimen
   MonoTime event_;
   Cause cause_ = Cause::arrived;
-  MotionEnd arrival_reason_ = MotionEnd::target;  // when the drive arrives by itself
-  MotionEnd reason_ = MotionEnd::target;  // after braking
+  MotionEnd arrival_reason_ = MotionEnd::target;  // for a drive that arrives by itself
+  MotionEnd reason_ = MotionEnd::target;  // for the end of braking
   std::string text_;
   double ramp_target_N_ = 0, ramp_rate_N_s_ = 0;  // raw
   double ramp_shown_N_ = 0;  // the target as shown

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kMeterColumns{"frequency_Hz", "aperture"};
 
-// "a=1 b=2"
+// Splits "a=1 b=2" at blanks, commas and semicolons.
 std::vector<std::string> assignments_in(std::string_view text) {
   std::vector<std::string> out;
   while (!(text = trimmed(text)).empty()) {
@@ -77,7 +77,7 @@ void take_term(const BatchCell& cell, std::string_view column, BatchTerms& out,
   }
 }
 
-// A protocol as rows need it: parsed once for each setting of the meter.
+// A protocol that rows name, parsed once for each setting of the meter.
 struct KnownProtocol {
   std::string name, text, path;
   Protocol protocol;
@@ -135,7 +135,7 @@ class BatchChecker {
     if (found == own_.end() || row.cells[found->second].text.empty()) return nullptr;
     return &row.cells[found->second];
   }
-  // Where something that is missing should be.
+  // Where a missing value of a row belongs.
   TextPosition place_of(const BatchRow& row, const char* column) const {
     const auto found = own_.find(column);
     if (found == own_.end()) return row.at;
@@ -183,10 +183,10 @@ class BatchChecker {
     }
   }
 
-  // All values of a row with the cells that they are from.
+  // All values of a row, and the cells that they come from.
   struct Given {
     ParameterValues values;
-    std::map<std::string, std::pair<TextPosition, std::string>> from;  // place and column
+    std::map<std::string, std::pair<TextPosition, std::string>> from;  // position and column
   };
   void give(Given& given, const std::string& name, const std::string& value, const BatchCell& cell,
             const std::string& column) {
@@ -243,7 +243,7 @@ class BatchChecker {
     }
   }
 
-  // nullptr: something is wrong with it, and was said.
+  // nullptr: the file is wrong, and this was reported.
   const KnownProtocol* protocol_of(const BatchCell& cell, const Given& given) {
     auto file = files_.find(cell.text);
     if (file == files_.end()) {
@@ -269,7 +269,7 @@ class BatchChecker {
     const Result<KnownProtocol>& known = known_protocol(key, *file->second, meter);
     if (known) return &*known;
     refuse_settings(*file->second, meter, given, known.error());
-    return &*plain;  // for the other cells of the row
+    return &*plain;  // lets the other cells of the row be checked
   }
 
   const Result<KnownProtocol>& known_protocol(const std::string& key, const BatchFile& file,
@@ -281,7 +281,8 @@ class BatchChecker {
     return known->second;
   }
 
-  // Each setting that is wrong by itself; `together`: what is wrong with all of them.
+  // Reports each setting that is wrong by itself. `together` is the error for all of them, reported
+  // if none is wrong alone.
   void refuse_settings(const BatchFile& file, const ParameterValues& meter, const Given& given,
                        const Error& together) {
     bool said = false;
@@ -312,7 +313,7 @@ class BatchChecker {
     return out;
   }
 
-  // A column that no protocol of the table knows is said once, in the header.
+  // A column that is unknown to every protocol of the table is reported once, in the header.
   void check_values() {
     std::set<std::string> said;
     if (const auto known = all_parameters()) {
@@ -338,14 +339,15 @@ class BatchChecker {
         table_.rows, [column](const BatchRow& row) { return !row.cells[column].text.empty(); });
   }
 
-  // nullopt: a protocol is wrong, so nobody knows.
+  // nullopt: some protocol is wrong, so its parameters are unknown.
   std::optional<std::set<std::string>> all_parameters() const {
     std::set<std::string> out(kMeterColumns.begin(), kMeterColumns.end());
     for (const auto& [word, file] : files_) {
       if (!file) return std::nullopt;
     }
     for (const auto& [key, protocol] : protocols_) {
-      const bool of_file = files_.contains(key);  // without settings of the meter
+      const bool of_file = files_.contains(key);  // the file as it is, with the meter's settings
+                                                  // unchanged
       if (!protocol && of_file) return std::nullopt;
       if (!protocol) continue;
       for (const auto& [name, p] : protocol->protocol.parameters) out.insert(name);
@@ -374,7 +376,7 @@ class BatchChecker {
   BatchMistakes wrong_;
   std::vector<RefusedValue> refused_;
   std::map<std::string, std::size_t> own_;
-  std::vector<std::size_t> parameters_;  // columns
+  std::vector<std::size_t> parameters_;  // indexes of the columns with parameters
   std::map<std::string, Result<BatchFile>> specimens_, files_;
   std::map<std::string, Result<KnownProtocol>> protocols_;
 };

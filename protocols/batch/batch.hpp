@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns a table of runs into runs: judges every cell, then finds the order in which they are
-// queued. `lcrig queue add --batch` and `lcrig rehearse --batch` use it.
+// Turns a table of runs into runs: checks every cell, then orders the runs for the queue. Used by
+// `lcrig queue add --batch` and `lcrig rehearse --batch`.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace lcrig {
 
-// Columns for the terms on which a row is queued (docs/queue.md).
+// Columns for the terms of a row in the queue (docs/queue.md).
 inline constexpr std::array<std::string_view, 6> kBatchTermColumns{
     "on_failure", "failures_max", "unattended", "rest_s", "probe", "fixture"};
 inline constexpr std::int64_t kMostFailuresInRow = 100;
@@ -37,9 +37,9 @@ struct BatchTerms {
 // One row; it becomes `repeats` runs.
 struct BatchEntry {
   TextPosition at;
-  std::string protocol;  // the word of the cell
-  std::string protocol_name, protocol_text;  // with the meter's settings of the row
-  std::string specimen_name, specimen_text;  // without a text: the daemon knows the name
+  std::string protocol;  // as the cell names it
+  std::string protocol_name, protocol_text;  // the text contains the meter's settings of the row
+  std::string specimen_name, specimen_text;  // without a text, the daemon knows the name
   ParameterValues parameters;
   std::int64_t repeats = 1;
   std::string note;
@@ -49,13 +49,13 @@ struct BatchEntry {
 struct BatchFile {
   std::string name, path, text;
 };
-// Looks up the file that a cell names. Errors: one line for people, which ends in what to do.
+// Finds the file that a cell names. Errors: one line for people that ends with what to do.
 struct BatchLookup {
   std::function<Result<BatchFile>(const std::string&)> protocol, specimen;
 };
-// Errors: invalid_request, all that is wrong with the table at once.
+// Checks a table. Errors: invalid_request, with all mistakes at once.
 Result<std::vector<BatchEntry>> check_batch(const BatchTable& table, const BatchLookup& lookup);
-// Terms of a JSON batch for all of its rows.
+// Checks the terms that a JSON batch states for all of its rows.
 Result<BatchTerms> check_batch_terms(const BatchTable& table);
 
 struct BatchTurn {
@@ -63,7 +63,7 @@ struct BatchTurn {
   std::int64_t repeat = 1;
   bool operator==(const BatchTurn&) const = default;
 };
-// The same seed gives the same order on every computer.
+// Orders the runs. The same seed gives the same order on every computer.
 std::vector<BatchTurn> order_batch(std::span<const BatchEntry> entries, BatchOrder order,
                                    std::uint64_t seed);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CSV as spreadsheets write it: RFC 4180, but also semicolons or tabs, any line end, a byte order
-// mark, blanks around a cell, empty rows.
+// Reads CSV as spreadsheets write it: RFC 4180, but also semicolons or tabs, any line end, a byte
+// order mark, blanks around a cell, and empty rows.
 #include <algorithm>
 #include <map>
 
@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-// The character that separates the cells: the one that the header has most of.
+// The separator of the cells: the candidate that occurs most often in the header.
 char separator_of(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of("\r\n"), text.size()));
   const auto header = text.substr(0, text.find_first_of("\r\n"));
@@ -34,7 +34,7 @@ class CsvScanner {
   bool at_end() const { return rest_.empty(); }
   TextPosition at() const { return at_; }
 
-  // One line of cells; more lines when a quoted cell has line ends.
+  // One row of cells. It spans several lines when a quoted cell contains line ends.
   std::vector<BatchCell> record() {
     std::vector<BatchCell> cells;
     do {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `batch/1`: the same table as JSON, with what holds for all of its rows.
+// Reads `batch/1`: the same table as JSON, with values that hold for all of its rows.
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@ namespace lcrig {
 
 namespace {
 
-// Refuses what the column cannot hold.
+// Refuses a value that does not fit its column.
 void judge(std::string_view column, const JsonReader& value) {
   if (column == "repeats") {
     value.integer(1, kBatchRunsMax);
@@ -100,7 +100,7 @@ class BatchJson {
     BatchRow row;
     row.at = document_.value_position(reader.pointer());
     for (const std::string_view key : {"specimen", "protocol"}) {
-      const JsonReader value = reader.at(key);  // refused when it is missing
+      const JsonReader value = reader.at(key);  // reports a missing key
       if (reader.has(key)) put(row, std::string(key), value, false);
     }
     for (const std::string_view key : {"repeats", "note"}) {

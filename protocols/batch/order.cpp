@@ -10,17 +10,18 @@ namespace lcrig {
 
 namespace {
 
-// std::shuffle and the distributions differ between libraries; the engine does not.
+// Shuffles by hand, because std::shuffle and the distributions differ between libraries. The engine
+// does not.
 void shuffle_turns(std::span<BatchTurn> turns, std::mt19937_64& random) {
   for (std::size_t left = turns.size(); left > 1; --left) {
     const std::uint64_t most = random.max() - random.max() % left;
     std::uint64_t drawn = random();
-    while (drawn >= most) drawn = random();  // else the first places were drawn more often
+    while (drawn >= most) drawn = random();  // otherwise the first places would be drawn more often
     std::swap(turns[left - 1], turns[drawn % left]);
   }
 }
 
-// The number of its specimen, in the order of the table.
+// For each entry the number of its specimen, in the order of the table.
 std::vector<std::size_t> blocks_of(std::span<const BatchEntry> entries) {
   std::map<std::string_view, std::size_t> known;
   std::vector<std::size_t> out;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of runs as somebody wrote it (docs/batch-file.md): CSV with a header, or JSON `batch/1`.
-// Every cell keeps its place, so that a mistake in it can be shown. batch.hpp makes runs from it.
+// A table of runs as a person wrote it (docs/batch-file.md): CSV with a header, or JSON `batch/1`.
+// Every cell keeps its position, so that messages can show a mistake in it. batch.hpp turns tables
+// into runs.
 #pragma once
 
 #include <map>
@@ -21,17 +22,17 @@ struct BatchCell {
 struct BatchColumn {
   std::string name;
   TextPosition at;
-  bool is_parameter = false;  // JSON says so; of a CSV column only its name tells
+  bool is_parameter = false;  // JSON marks it; in CSV only the name shows it
 };
 struct BatchRow {
   TextPosition at;
-  std::vector<BatchCell> cells;  // one a column; an empty text says nothing
+  std::vector<BatchCell> cells;  // one for each column; an empty text means no value
 };
 
 struct BatchTable {
-  std::string source;  // what messages call it
+  std::string source;  // its name in messages
   std::string text;
-  // Facts that a JSON batch states about itself. `terms`: by their names, for all rows.
+  // Facts that a JSON batch states about itself. `terms`, by name, apply to all rows.
   std::optional<BatchCell> name, order, seed;
   std::map<std::string, BatchCell> terms;
   std::vector<BatchColumn> columns;
@@ -40,14 +41,14 @@ struct BatchTable {
 
 inline constexpr std::size_t kBatchRowsMax = 10'000;
 
-// Collects what is wrong with a table, to be said at once.
+// Collects the mistakes of a table, to report them all at once.
 class BatchMistakes {
  public:
-  // `where`: the column, or another name for the place; may be empty.
+  // `where` is the column or another name of the place; it may be empty.
   void add(TextPosition at, std::string_view where, std::string what);
   bool empty() const { return mistakes_.empty(); }
-  // In the order of the file, in the form of base/strict_json.hpp: the first is the message, its
-  // `detail` shows the line with a caret and lists the others.
+  // The mistakes in the order of the file, in the form of base/strict_json.hpp: the first is the
+  // message, `detail` shows its line with a caret and lists the others.
   Result<> result(const std::string& source, std::string_view text) const;
 
  private:
@@ -61,7 +62,8 @@ class BatchMistakes {
 // Reads CSV, or JSON when the first character is `{`. Errors: invalid_request.
 Result<BatchTable> read_batch_table(std::string_view text, const std::string& source);
 
-// The two forms; read_batch_table chooses. `text` is UTF-8. Errors: invalid_request.
+// Read one of the two forms, which read_batch_table chooses. `text` is UTF-8. Errors:
+// invalid_request.
 Result<BatchTable> read_batch_csv(std::string_view text, const std::string& source);
 Result<BatchTable> read_batch_json(std::string_view text, const std::string& source);
 

@@ -18,7 +18,7 @@ std::string unit_word(const std::string& name) {
   return " " + for_people(*key.unit);
 }
 
-// "1,5", "−1" and "2N" are numbers to those who write them.
+// Explains why "1,5", "−1" or "2N" is no number, although people write numbers so.
 std::string reason(const std::string& name, const std::string* text) {
   if (text == nullptr) return "";
   const auto words = number_words(*text);

@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-// Replaces a key and its value, which is a number or a word.
+// Replaces a key and its value, which must be a number or a word.
 void replace_member(std::string& text, const JsonDocument& document, const std::string& pointer,
                     const std::string& member) {
   const std::size_t key = byte_of(text, document.key_position(pointer));
@@ -28,7 +28,8 @@ void replace_member(std::string& text, const JsonDocument& document, const std::
   text.replace(key, end - key, member);
 }
 
-// The frequency has its unit in its name: "frequency_kHz" becomes "frequency_Hz".
+// Writes `member` in place of the key that begins with `stem`. The key may have another unit:
+// "frequency_kHz" becomes "frequency_Hz".
 Result<> change(std::string& text, const std::string& name, const std::string& stem,
                 const std::string& member) {
   const auto document = JsonDocument::parse(text, name);
@@ -44,7 +45,7 @@ Result<> change(std::string& text, const std::string& name, const std::string& s
   return {};
 }
 
-// A person who types "1kHz" means a number.
+// Understands "1kHz" as a number with its unit.
 std::optional<double> in_hertz(const std::string& typed) {
   const auto digit = typed.find_last_of("0123456789.");
   if (digit == typed.npos) return std::nullopt;
@@ -54,7 +55,7 @@ std::optional<double> in_hertz(const std::string& typed) {
   return *number * unit->to_si;
 }
 
-// The value as it stands in a protocol's text. A typed text stays as it was typed.
+// The value as it will stand in the protocol's text. A value that a person typed is kept as typed.
 Result<std::string> frequency_literal(const ParameterValues::mapped_type& value) {
   const auto* const typed = std::get_if<std::string>(&value);
   if (typed == nullptr) return fmt::format("{}", std::get<double>(value));
@@ -72,7 +73,7 @@ Result<std::string> frequency_literal(const ParameterValues::mapped_type& value)
 Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) {
   const auto* const word = std::get_if<std::string>(&value);
   const std::string typed = word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
-  // Checked here: the parser would show a line that the file does not have.
+  // Checked here, because the parser would show a line that the file does not have.
   std::vector<std::string> known = all_words<Aperture>();
   known.emplace_back("auto");
   if (std::ranges::find(known, typed) != known.end()) return json(typed).dump();
@@ -88,7 +89,7 @@ Result<std::string> with_meter_values(std::string_view text, const std::string& 
   if (wrong != nullptr) *wrong = MeterValue::none;
   const auto document = JsonDocument::parse(text, name);
   if (!document) return fail(document.error());
-  // A key that stands twice is ambiguous; the parser refuses the text.
+  // A duplicate key is ambiguous; the parser refuses such a text.
   if (!document->duplicates().empty()) return std::string(text);
   const json& root = document->root();
   std::string out(text);

@@ -57,7 +57,7 @@ Parameter parse_parameter(const JsonReader& r) {
 void parse_parameters(const JsonReader& top, Protocol& out, Scope& scope) {
   const auto all = top.find("parameters");
   if (!all) {
-    // A mistyped key has them all.
+    // The parameters may stand under a mistyped key.
     if (nearest_word("parameters", top.keys())) scope.set_names_doubtful(true);
     return;
   }
@@ -76,7 +76,7 @@ void parse_parameters(const JsonReader& top, Protocol& out, Scope& scope) {
   }
 }
 
-// "force_N": [-0.2, 1.5]
+// A window such as "force_N": [-0.2, 1.5].
 std::optional<std::pair<Number, Number>> parse_window(const JsonReader& limits,
                                                       std::string_view stem, Dimension d,
                                                       const Scope& scope) {
@@ -87,7 +87,7 @@ std::optional<std::pair<Number, Number>> parse_window(const JsonReader& limits,
   const double unit = field->unit.to_si;
   std::pair<Number, Number> out(scope.read(ends[0], d, unit, kAnyNumber),
                                 scope.read(ends[1], d, unit, kAnyNumber));
-  // Parameters may move the ends; then the plan compares them.
+  // If parameters move the ends, the plan compares them.
   const bool literal = out.first.name.empty() && out.second.name.empty();
   if (literal && out.first.value >= out.second.value) {
     field->value.refuse(fmt::format("from {:.6g} to {:.6g}, expected the lower limit first",
@@ -101,7 +101,8 @@ Limits parse_limits(const JsonReader& r, const Scope& scope) {
   if (const auto force = parse_window(r, "force", Dimension::force, scope)) {
     std::tie(out.force_min, out.force_max) = *force;
   } else if (std::ranges::any_of(r.keys(), [](const auto& k) { return k.starts_with("force"); })) {
-    static_cast<void>(r.quantity("force", Dimension::force));  // refuses, with the right words
+    static_cast<void>(r.quantity("force", Dimension::force));  // refuses the key with the right
+                                                               // words
   }
   if (const auto travel = parse_window(r, "travel", Dimension::length, scope)) {
     std::tie(out.travel_min, out.travel_max) = *travel;
@@ -165,7 +166,7 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
   out.steps = parser.parse(steps, 1);
   const JsonReader finally_steps = top.at("finally");
   out.finally_steps = parser.parse(finally_steps, 0);
-  // Mistakes in the steps may hide what the other checks need.
+  // Mistakes in the steps may hide steps that the checks below need.
   if (!steps.sound() || !finally_steps.sound()) return;
   if (asks_person(out.finally_steps)) {
     finally_steps.refuse(

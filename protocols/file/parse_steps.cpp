@@ -35,7 +35,7 @@ struct TargetRow {
   Dimension dimension;
   Range range;
 };
-// A loop has no single end: each of its passes has one.
+// Reads "safe_point". A loop cannot be one, because each of its passes has an end of its own.
 void read_safe_point(const JsonReader& r, Step& step) {
   const auto given = r.find("safe_point");
   if (!given) return;
@@ -108,7 +108,7 @@ Step StepsParser::parse_step(const JsonReader& r) {
   step.pointer = r.pointer();
   const JsonReader kind = r.at("do");
   const auto index = kind.word<std::size_t>(kStepWords);
-  if (!kind.sound()) return step;  // nobody knows which keys it has
+  if (!kind.sound()) return step;  // the keys of an unknown kind are unknown, too
   step.action = kStepParsers[index](StepReader(r, scope_, *this));
   read_safe_point(r, step);
   r.no_other_keys();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step list of a protocol file: ids, kinds, loops. What a kind of step reads is in
-// protocols/steps. Used by parse.cpp.
+// Parses the step list of a protocol file: ids, kinds, loops. The keys of each kind of step are
+// read in protocols/steps. Used by parse.cpp.
 #pragma once
 
 #include <set>
@@ -16,9 +16,9 @@ inline constexpr int kLoopDepthMax = 8;
 class StepsParser {
  public:
   explicit StepsParser(Scope scope) : scope_(std::move(scope)) {}
-  // `steps` and `finally` share one parser: ids are unique in the file.
+  // One parser reads both `steps` and `finally`, because ids are unique in the file.
   Steps parse(const JsonReader& array, std::size_t min_steps);
-  // The steps inside of a loop.
+  // Parses the steps inside a loop.
   Steps inner_steps(const JsonReader& loop);
 
  private:

@@ -20,7 +20,7 @@ std::string dimension_words(const std::string& name, Dimension d) {
 
 }  // namespace
 
-// nullptr, and the value refused, when it is no usable reference.
+// nullptr when the value is not a usable reference; then it is refused.
 const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string& name) const {
   const std::string text = value.string();
   if (text.size() < 2 || text[0] != '$') {
@@ -34,7 +34,7 @@ const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string&
   const auto it = entries_.find(name);
   if (it == entries_.end()) {
     if (doubtful_names_ > 0) return nullptr;
-    std::vector<std::string> fitting;  // what is no force is not meant where a force is needed
+    std::vector<std::string> fitting;  // only names of the needed dimension are proposed
     std::string list;
     for (const auto& [key, entry] : entries_) {
       if (entry.dimension == d) fitting.push_back(key);
@@ -102,7 +102,7 @@ std::optional<Number> Scope::optional(const JsonReader& object, std::string_view
 Number Scope::required(const JsonReader& object, std::string_view stem, Dimension d,
                        const Range& si) const {
   if (auto n = optional(object, stem, d, si)) return *n;
-  static_cast<void>(object.quantity(stem, d));  // refuses, with the right words
+  static_cast<void>(object.quantity(stem, d));  // refuses the object with the right words
   return {};
 }
 

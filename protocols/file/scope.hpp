@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names that "$name" may refer to at one place of a protocol file, and the reading of numbers
-// that may be such references. Used by the parser only.
+// The names that "$name" may refer to at one place of a protocol file. Reads numbers that may be
+// such references. Used by the parser only.
 #pragma once
 
 #include <map>
@@ -13,10 +13,11 @@ namespace lcrig {
 
 struct ScopeEntry {
   Dimension dimension = Dimension::none;
-  double min = 0, max = 0;  // SI; every value it can take
+  double min = 0, max = 0;  // SI; bounds of the values it can take
   bool integer = false;
-  bool unit_known = true;  // false: its name ends in a unit that nobody knows
-  bool bounded = true;  // false: what the file says of its values is wrong, so nothing follows
+  bool unit_known = true;  // false: its name ends in an unknown unit
+  bool bounded = true;  // false: its bounds in the file are wrong, so no use of it is checked
+                        // against them
 };
 
 class Scope {
@@ -24,18 +25,18 @@ class Scope {
   void add(const std::string& name, const ScopeEntry& entry) { entries_[name] = entry; }
   void remove(const std::string& name) { entries_.erase(name); }
   bool has(const std::string& name) const { return entries_.contains(name); }
-  // While this is set, an unknown name may be due to another mistake in the file.
+  // While this is set, an unknown name may be the consequence of another mistake in the file.
   void set_names_doubtful(bool doubtful) { doubtful_names_ += doubtful ? 1 : -1; }
 
-  // A literal in the unit given, or "$name" of the same dimension whose whole range fits.
+  // Reads a literal in the given unit, or a "$name" of the same dimension whose whole range fits.
   Number read(const JsonReader& value, Dimension d, double to_si, const Range& si) const;
   Number read_count(const JsonReader& value, std::int64_t min, std::int64_t max) const;
-  // The member `stem` + unit suffix.
+  // Reads the member whose key is `stem` with a unit suffix.
   Number required(const JsonReader& object, std::string_view stem, Dimension d,
                   const Range& si) const;
   std::optional<Number> optional(const JsonReader& object, std::string_view stem, Dimension d,
                                  const Range& si) const;
-  // Least and greatest SI value of a number.
+  // Smallest and largest SI value of a number.
   ScopeEntry bounds(const Number& n, Dimension d) const;
 
  private:

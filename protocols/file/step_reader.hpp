@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the kinds of steps read their keys: one step object of a protocol file, with the names that
-// are known there. Used by protocols/steps.
+// Reads the keys of one step object of a protocol file, with the names that are known there. Used
+// by the kinds of steps in protocols/steps.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,8 @@ inline constexpr Range kForces{-1e6, 1e6};  // N
 inline constexpr Range kPositiveForces{0, 1e6, true};
 inline constexpr Range kPressures{0, 1e9};  // Pa
 inline constexpr std::int64_t kCountMax = 10'000'000;
-// Settings in `sample.lcr` and `set_lcr`: ranges that any meter could have; the plan checks the
-// limits of the instrument itself.
+// Settings in `sample.lcr` and `set_lcr`: ranges that any meter could have. The plan checks the
+// limits of the actual instrument.
 inline constexpr Range kFrequencyRange{1, 1e8};
 inline constexpr Range kLevelRange{0, 20, true};
 inline constexpr Range kBiasRange{-100, 100};
@@ -41,11 +41,12 @@ struct StepReader {
     return scope.read_count(json.at(key), min, max);
   }
   Number timeout() const { return required("timeout", Dimension::time, kTimes); }
-  // The object under `key`: exactly one of travel, gap, force and pressure.
+  // Reads the object under `key`, which has exactly one of travel, gap, force and pressure.
   Target target(std::string_view key) const;
-  // A force or a pressure among the keys of the step itself; `given` counts them.
+  // Reads a force or a pressure among the keys of the step itself; `given` counts how many there
+  // are.
   std::optional<Target> load(const Range& forces, int& given) const;
-  // The steps inside of a loop.
+  // Parses the steps inside a loop.
   Steps steps() const;
 
   const JsonReader& json;

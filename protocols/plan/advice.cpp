@@ -18,7 +18,7 @@ double rounded(double value, Rounding to, bool whole) {
   const double digits = whole ? 0 : 2 - std::floor(std::log10(std::abs(value)));
   const double scale = std::pow(10.0, std::abs(digits));
   const double scaled = digits < 0 ? value / scale : value * scale;
-  // A number that is rounded already, but for the last bits, stays.
+  // A value that is round already, except for its last bits, stays.
   const double nearest = std::round(scaled);
   const bool exact = std::abs(scaled - nearest) < 1e-9 * std::abs(scaled);
   const double cut = exact                  ? nearest
@@ -27,8 +27,8 @@ double rounded(double value, Rounding to, bool whole) {
   return digits < 0 ? cut * scale : cut / scale;
 }
 
-// The end of the sweep around `n` that goes furthest: a limit is met there first. `n` is its
-// variable. nullptr: there is none.
+// The end of the sweep of variable `n` that reaches furthest, because it meets a limit first.
+// nullptr: `n` is not the variable of a sweep.
 const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
                            const Environment& environment) {
   for (const Step& step : steps) {
@@ -54,7 +54,7 @@ const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
 
 std::vector<Change> change_of(const Number& n, double si, Rounding to, const Asked& asked) {
   if (n.name.empty()) {
-    if (n.pointer.empty()) return {};  // it was reckoned, and stands nowhere
+    if (n.pointer.empty()) return {};  // a computed number, which is not in the file
     const double value = rounded(si / n.to_si, to, false);
     return {Change(n.pointer, value, false)};
   }

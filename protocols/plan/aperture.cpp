@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slower conversions are quieter, so the slowest one that fits is chosen.
+// Chooses the slowest conversion that fits, because slower conversions have less noise.
 #include "protocols/plan/aperture.hpp"
 
 #include <fmt/format.h>
@@ -12,13 +12,13 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kLoadedReadings = 15;  // fewer do not resolve the peak of a cycle
+constexpr double kLoadedReadings = 15;  // fewer readings do not resolve the peak of a cycle
 
-// The tightest demand on one conversion, s, and its arithmetic.
+// The strictest demand on the time of one conversion, s, and how it was calculated.
 struct Demand {
   double longest_s = 1e300;
   std::string why;
-  bool unknown_motion = false;  // loads continuously, but nobody knows the specimen
+  bool unknown_motion = false;  // loads continuously, but the specimen is unknown
 };
 
 void tighten(Demand& d, double longest_s, std::string why) {
@@ -44,7 +44,7 @@ void look_at(const Step& step, const Environment& env, const Rig& rig, int avera
     d.unknown_motion = true;
     return;
   }
-  // Loading and unloading: the specimen is under load twice as long as it takes to load it.
+  // Loading and unloading: the specimen is under load for twice the loading time.
   const double time = 2 * *loaded;
   if (time / kLoadedReadings >= d.longest_s * average) return;
   tighten(d, time / kLoadedReadings / average,

@@ -7,7 +7,7 @@ namespace lcrig {
 
 namespace {
 
-// Slower settings first.
+// Tries slower settings first.
 Aperture usable_aperture(const LcrSettings& settings, const LcrCapabilities& caps, double longest_s,
                          bool& found) {
   for (const Aperture a : {Aperture::slow, Aperture::medium, Aperture::fast}) {

@@ -8,10 +8,10 @@ namespace lcrig {
 
 namespace {
 
-// Cells of a geometric grid of forces: fine enough that a contact stiffens little within one.
+// Cells of a geometric grid of forces, fine enough that a contact hardly stiffens within one.
 constexpr double kFirst_N = 1e-3;
 constexpr double kRatio = 1.05;
-constexpr std::size_t kCells = 400;  // up to 3e5 N
+constexpr std::size_t kCells = 400;  // reaches 3e5 N
 
 double edge_N(std::size_t i) {  // lower end of cell i
   return i == 0 ? 0 : kFirst_N * std::pow(kRatio, static_cast<double>(i - 1));
@@ -19,7 +19,7 @@ double edge_N(std::size_t i) {  // lower end of cell i
 
 std::size_t cell_of(double force_N) {
   if (!(force_N > kFirst_N)) return 0;
-  // An infinite force is none that fits an integer.
+  // Also caps an infinite force before the conversion to an integer.
   const double i = std::floor(std::log(force_N / kFirst_N) / std::log(kRatio)) + 1;
   return static_cast<std::size_t>(std::min(i, static_cast<double>(kCells - 1)));
 }
@@ -43,11 +43,12 @@ ForceBound::ForceBound(const Compression& specimen_m, double frame_stiffness_N_m
   }
   for (std::size_t i = 0; i < kCells; ++i) {
     const double way = at[i + 1] - at[i];
-    // A specimen that gives no answer any more is as stiff as can be.
+    // A specimen that gives way no further is infinitely stiff.
     stiffness_.push_back(way > 0 ? (edge[i + 1] - edge[i]) / way
                                  : std::numeric_limits<double>::infinity());
   }
-  // The mean of a cell is less than at its stiffer end; that of the next one is more.
+  // The mean stiffness of a cell is too small at its stiffer end. That of the next cell is large
+  // enough there.
   for (std::size_t i = 0; i + 1 < kCells; ++i) {
     stiffness_[i] = std::max(stiffness_[i], stiffness_[i + 1]);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How hard the specimen can push back, bounded from above: specimen and frame in series, each as
-// stiff as it may be. Plan and run reckon with it how far the force rises while the frame stops.
+// The upper bound of how hard the specimen can push back: specimen and frame in series, each as
+// stiff as it can be. Plan and run compute with it how far the force rises while the frame stops.
 #pragma once
 
 #include <functional>
@@ -9,29 +9,30 @@
 
 namespace lcrig {
 
-// Travel beyond contact under a force, m: 0 at 0, rising. Empty: does not give way at all.
+// Travel beyond contact under a force, m: 0 at 0 N, then increasing. Empty: it does not give way.
 using Compression = std::function<double(double force_N)>;
 
 class ForceBound {
  public:
-  // `specimen_m`: its shortening, at least; it is tabulated here. With neither of the two nothing
-  // bounds the force: every way ends at an infinite one.
+  // `specimen_m`: the least shortening of the specimen, tabulated here. Without it and without a
+  // stiffness of the frame the force is unbounded: force_after_N is infinite.
   explicit ForceBound(const Compression& specimen_m,
                       double frame_stiffness_N_m = std::numeric_limits<double>::infinity());
 
-  // Also known: this stiffness at this force, and that it is nowhere more than growth(force) times
-  // as much. The smaller of both holds.
+  // Lowers the bound by a known stiffness: nowhere is the contact stiffer than growth(force) times
+  // `stiffness_N_m`.
   void limit_to(double stiffness_N_m, const std::function<double(double force_N)>& growth);
 
   bool is_bounded() const;
-  // The largest that a contact can have at this force, N/m.
+  // The largest stiffness that the contact can have at this force, N/m.
   double stiffness_N_m(double force_N) const;
-  // Force at the end of a way towards the specimen. Not k times the way: the contact stiffens.
+  // The force after `way_m` towards the specimen. It exceeds stiffness times way, because a contact
+  // stiffens.
   double force_after_N(double force_N, double way_m) const;
-  // The largest force from which `way_m` leads to no more than `force_N`; 0 when even the whole
-  // compression is shorter.
+  // The largest force from which `way_m` leads to at most `force_N`; 0 when the whole compression
+  // is shorter than that.
   double force_before_N(double force_N, double way_m) const;
-  // Least way from one force to a larger one.
+  // The least way from one force to a larger one.
   double way_m(double from_N, double to_N) const;
 
  private:

@@ -8,8 +8,9 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kHostLatency_s = 0.020;  // to see the sample and send STOP
-constexpr double kSilence_s = 1.02;  // until a gateway that hears nothing stops, with its 20 ms
+constexpr double kHostLatency_s = 0.020;  // to see a sample and send STOP
+constexpr double kSilence_s = 1.02;  // until a gateway that hears nothing stops, including its 20
+                                     // ms
 
 double reaction_s(const FrameCapabilities& caps) {
   return to_seconds(caps.reaction) + (caps.device_stop ? 0 : kHostLatency_s);
@@ -26,7 +27,7 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
   const double tau = reaction_s(caps), a = caps.deceleration.si();
   if (!(way_m > 0)) return 0;
   if (!(a > 0)) return tau > 0 ? way_m / tau : std::numeric_limits<double>::infinity();
-  // The root of v tau + v^2/2a = way, in the form that does not cancel.
+  // The root of v tau + v^2/2a = way, in the form without cancellation.
   return 2 * way_m / (tau + std::sqrt(tau * tau + 2 * way_m / a));
 }
 
@@ -40,7 +41,8 @@ double Forecast::growth(double from_N, double to_N) const {
   return growth_margin() * std::max(ratio, std::sqrt(to_N / from_N));
 }
 
-// The slope over the way back from a force is that of its last half.
+// The stiffness was measured on the way back from a force as a slope. Of that way it is the slope
+// of the last half, so it belongs to half of the force.
 void Forecast::limit_to(ForceBound& bound, double felt_N, double stiffness_N_m) const {
   const double at_N = 0.5 * felt_N;
   bound.limit_to(stiffness_N_m, [&](double force) { return growth(at_N, force); });
@@ -105,7 +107,8 @@ double Forecast::ramp_N(const ForceBound& bound, double from_N, double to_N,
   const double ripple = loop.ripple.si();
   double most = std::max(from_N, to_N) + ripple;
   if (to_N > from_N) most = std::max(most, to_N + rate_N_s * to_seconds(loop.lag) + ripple);
-  // Contact is made at the speed of the approach; the loop closes when the device has felt it.
+  // The probe makes contact at the speed of the approach; the loop closes once the device has felt
+  // it.
   if (from_N <= loop.contact.si() && to_N > 0) {
     const double way = stopping_way_m(caps_, loop.approach.si());
     most = std::max(most, bound.force_after_N(loop.contact.si(), way));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Computes what a motion can do to the specimen at worst. Plan and run share this arithmetic, on a
-// bench and on a rig.
+// Computes the worst that a motion can do to the specimen. Plan and run share it, on a bench and on
+// a rig.
 #pragma once
 
 #include <optional>
@@ -10,24 +10,26 @@
 
 namespace lcrig {
 
-// Way in which the device stops, at worst: v tau + v^2/2a (docs/frame-link.md, section 2). A frame
-// without a stop of its own waits for the host, too.
+// The longest way in which the device stops: v tau + v^2/2a (docs/frame-link.md, section 2). A
+// frame that cannot stop by itself also needs the host's time.
 double stopping_way_m(const FrameCapabilities& caps, double speed_m_s);
-// The fastest that stops within this way; 0: none.
+// The fastest speed that stops within this way; 0: none.
 double speed_within_m_s(const FrameCapabilities& caps, double way_m);
 
 class Forecast {
  public:
-  // `expected`: the contact as the model of the specimen has it, if there is one.
+  // `expected`: the contact by the model of the specimen, if there is one.
   Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected);
 
   const ForceBound& bound() const { return bound_; }
-  // A stiffness that was measured on the way back from this force, at most. From there the contact
-  // stiffens at most 1.5 times as much as the model's does, or as the root of the force: so does F
-  // = k x (1 + c x) at most, whatever its c, and a Hertzian contact (cube root) less.
+  // Takes a stiffness that was measured, as an upper bound, on the way back from `felt_N`. From
+  // there on the contact is assumed to stiffen at most 1.5 times as much as the model's does, or as
+  // the root of the force. F = k x (1 + c x) stiffens at most like that root, whatever its c, and a
+  // Hertzian contact (cube root) less.
   void measured(double felt_N, double stiffness_N_m);
   static double growth_margin() { return 1.5; }
-  // A search will stop at this force and measure what the model expects there.
+  // Announces that a search will stop at this force and measure the stiffness that the model
+  // expects.
   void expect_measurement(double felt_N);
   bool is_measured() const { return measured_; }
 
@@ -35,25 +37,24 @@ class Forecast {
   double stop_N(double force_N, double speed_m_s) const;
   // The same for the expected contact; nullopt without a model.
   std::optional<double> expected_stop_N(double force_N, double speed_m_s) const;
-  // As stop_N, if a measurement finds the expected stiffness; nullopt without a model.
+  // The same as stop_N if a measurement finds the expected stiffness; nullopt without a model.
   std::optional<double> stop_if_measured_N(double force_N, double speed_m_s) const;
-  // The fastest with which a stop at `force_N` ends at no more than `most_N`; 0: none. On the
-  // stiffest contact; on the one that a measurement may leave; on the expected one.
+  // The highest speed at which a stop at `force_N` ends at no more than `most_N`; 0: none. For the
+  // stiffest possible contact, for the contact after a measurement, and for the expected one.
   double fastest_m_s(double force_N, double most_N) const;
   double fastest_if_measured_m_s(double force_N, double most_N) const;
   double expected_fastest_m_s(double force_N, double most_N) const;
-  // The largest force at which the device may begin to stop, so that it ends at no more than
-  // `most_N`.
+  // The largest force at which the device may begin to stop and still end at no more than `most_N`.
   double trip_N(double speed_m_s, double most_N) const;
-  // Largest force of a force-controlled ramp, its approach included. The loop must be known.
+  // Largest force of a force-controlled ramp, including its approach. The loop must be known.
   double ramp_N(double from_N, double to_N, double rate_N_s) const;
   // The fastest ramp whose force stays within `most_N`; 0: none.
   double fastest_ramp_N_s(double to_N, double most_N) const;
   std::optional<double> ramp_if_measured_N(double from_N, double to_N, double rate_N_s) const;
-  // Whether the loop is good for a contact as stiff as this one may be at `force_N`.
+  // Whether the force loop can control a contact as stiff as this one may be at `force_N`.
   bool loop_can_hold(double force_N) const;
   bool loop_can_hold_if_measured(double force_N) const;
-  // How far a frame goes on that nobody commands any more (docs/frame-link.md, section 6).
+  // How far a frame moves on after nobody commands it any more (docs/frame-link.md, section 6).
   double lost_way_m(double speed_m_s) const;
 
  private:

@@ -53,7 +53,7 @@ Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env
   const auto get = [&env](const std::optional<Number>& n) {
     return n ? std::optional(env.get(*n)) : std::nullopt;
   };
-  // A cell that says nothing of its range (a recording) has none.
+  // A cell without a stated range (in a recording) has none.
   const double cell_N = caps.force_max.si() > 0 ? caps.force_max.si() : kUnbounded_N;
   BoundLimits out;
   out.force_min_N = get(l.force_min).value_or(-cell_N);

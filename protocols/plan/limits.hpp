@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limits of a protocol as numbers: for the plan, for the guard and for the frame itself.
+// The limits of a protocol as numbers. Used by the plan, the guard and the frame itself.
 #pragma once
 
 #include <optional>
@@ -9,34 +9,35 @@
 
 namespace lcrig {
 
-// Limits are inclusive: more than rounding beyond it.
+// True when `v` exceeds `max` by more than rounding: limits are inclusive.
 bool exceeds(double v, double max);
 
-// The least force at which a device can be told to stop. Below it a stop would follow the noise
-// and the zero of its cell. `noise_N`: standard deviation of a sample.
+// The smallest force at which a device can be told to stop. Below it the noise and the zero of its
+// cell would stop it. `noise_N`: standard deviation of a sample.
 double least_trip_N(const FrameCapabilities& caps, double noise_N);
 
-// The limits with their parameters bound; SI. Travel and gap have both ends or none.
+// The limits in SI, with their parameters bound. Travel and gap each have both ends or none.
 struct BoundLimits {
-  double force_min_N = 0, force_max_N = 0;  // the cell's where the protocol says nothing
+  double force_min_N = 0, force_max_N = 0;  // those of the cell if the protocol states none
   std::optional<double> travel_min_m, travel_max_m, speed_max_m_s;
   std::optional<double> gap_min_m, gap_max_m;
 
-  // The travel window once it is known where contact is: what `travel` and `gap` both allow.
+  // Narrows the travel window, once the place of contact is known, to what `travel` and `gap` both
+  // allow.
   void place_contact(double contact_travel_m);
-  // A new zero of travel: what was this value is 0 from now on, and the places stay.
+  // Shifts the limits to a new zero: `travel_m` becomes 0, and the places in space stay.
   void zero_travel(double travel_m);
 };
 
-// The machine's ends after a new zero of travel, likewise.
+// Shifts the ends of the machine's travel to a new zero in the same way.
 FrameCapabilities with_zero_at(FrameCapabilities caps, double travel_m);
 
-// Errors: invalid_request when a lower limit is not the lower one.
+// Errors: invalid_request when a lower limit is not below its upper one.
 Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env,
                                 const FrameCapabilities& caps);
 
-// Limits that the frame watches by itself: those of the protocol, and where it names none, those of
-// the machine; never more than that.
+// Limits that the frame watches by itself: those of the protocol, or those of the machine where the
+// protocol names none or wider ones.
 FrameLimits device_limits(const BoundLimits& limits, const FrameCapabilities& caps);
 
 }  // namespace lcrig

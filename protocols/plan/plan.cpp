@@ -13,10 +13,10 @@ namespace lcrig {
 
 namespace {
 
-// Rows with their indexes and keys, about: a reading carries texts and three times.
+// Approximate size of rows with their indexes and keys. A reading has texts and three times.
 constexpr double kBytesPerReading = 120, kBytesPerSample = 56, kBytesPerRun = 100e3;
 
-// A file may plan for longer than anybody lives: what does not fit is the largest number there is.
+// Cuts figures that exceed an integer: a file may plan for longer than anybody lives.
 std::int64_t whole(double value) {
   constexpr double kMost = 9e18;
   return static_cast<std::int64_t>(std::min(value, kMost));
@@ -26,7 +26,7 @@ nlohmann::json finite(std::optional<double> value) {
   return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
 
-// The plan knows pointers; the file's text knows the lines.
+// Adds line and column: the plan knows only the JSON pointer.
 Error placed(const Protocol& protocol, const PlanRefused& refused) {
   TextPosition at;
   if (const auto doc = JsonDocument::parse(protocol.text, protocol.file)) {
@@ -51,7 +51,7 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
                      kBytesPerSample * static_cast<double>(plan.frame_samples));
 }
 
-// One walk through the protocol. Errors: the limits do not fit together.
+// One walk through the protocol. Errors: the limits contradict each other.
 Result<std::optional<PlanRefused>> walk(const Protocol& protocol, const Environment& environment,
                                         const Rig& rig, Plan& plan) {
   const auto limits = bind_limits(protocol, environment, rig.frame);
@@ -61,13 +61,13 @@ Result<std::optional<PlanRefused>> walk(const Protocol& protocol, const Environm
   plan.lcr = protocol.sample.lcr;
   plan.lcr.aperture = choice.aperture;
   plan.aperture_note = choice.note;
-  Environment values = environment;  // sweep variables come and go
+  Environment values = environment;  // the walk sets and removes sweep variables
   Planner planner(protocol, values, rig, *limits, plan);
   planner.walk();
   return planner.refused();
 }
 
-// False: one of them is no parameter, and only the file can be changed.
+// False: some change is not of a parameter, so the file itself must be changed.
 bool apply(const std::vector<Change>& changes, const Protocol& protocol, Environment& values) {
   for (const Change& c : changes) {
     const auto it = protocol.parameters.find(c.place);
@@ -89,12 +89,12 @@ void merge(const std::vector<Change>& more, std::vector<Change>& all) {
   }
 }
 
-// A value that a refusal proposes may be refused further on. This plans with the proposal and adds
-// what else has to change, until all of it is accepted, or says why that cannot be.
+// The value that a refusal proposes may be refused by a later step. This plans with the proposal
+// and adds further changes until the plan is accepted, or says why it cannot be.
 void complete(const Protocol& protocol, Environment values, const Rig& rig, Refusal& refusal) {
   constexpr int kMostRounds = 8;
   std::vector<Change> all = refusal.changes, last = all;
-  bool further = false;  // the first change was not enough
+  bool further = false;  // the first change was not sufficient
   for (int round = 0; round < kMostRounds; ++round) {
     if (last.empty() || !apply(last, protocol, values)) break;
     Plan changed;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a protocol, made without instruments: what it will do, how long, how far, how hard at
-// worst, and whether limits and instruments allow it. A session plans before each run; `lcrig
-// protocol plan`, the queue and the budget show or use plans.
+// The plan of a protocol, made without instruments: what it will do, how long it takes, how far it
+// moves, the largest force at worst, and whether limits and instruments allow it. A session makes a
+// plan before each run; `lcrig protocol plan`, the queue and the budget show or use plans.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -18,54 +18,54 @@ namespace lcrig {
 // One step of the file; loops are summarised.
 struct PlannedStep {
   std::string id, kind;
-  double start_s = 0;  // of the first time
-  double duration_s = 0;  // of the first time
+  double start_s = 0;  // of its first execution
+  double duration_s = 0;  // of its first execution
   std::int64_t times = 0;
-  double total_s = 0;  // of all times
-  std::string note;  // what was chosen or assumed, and why; of the first time
+  double total_s = 0;  // of all executions
+  std::string note;  // what was chosen or assumed, and why; of the first execution
   bool in_finally = false;
   bool by_hand = false;  // a person is needed
 };
 
-// How far the force that is shown may be from the true one.
+// How far the shown force may be from the true one.
 struct ForceUncertainty {
-  double class_N = 0;  // of the cell's class, at the limit
-  double zero_N = 0;  // of its zero, as the class allows it
-  double noise_N = 0;  // four standard deviations of a sample; 0: not known
+  double class_N = 0;  // error that the cell's class allows at the limit
+  double zero_N = 0;  // error of the zero that the class allows
+  double noise_N = 0;  // four standard deviations of a sample; 0: unknown
   double total_N() const { return class_N + zero_N + noise_N; }
 };
 
-// Where `lcrig stop --after` and `lcrig pause --at` may end what is under way.
+// Places where `lcrig stop --after` and `lcrig pause --at` may end a run.
 struct PlannedPlaces {
   std::int64_t steps = 0, levels = 0, cycles = 0, repeats = 0;
-  std::vector<std::pair<std::string, std::int64_t>> safe_points;  // steps, and how often each runs
+  std::vector<std::pair<std::string, std::int64_t>> safe_points;  // step ids, with how often each
+                                                                  // runs
 };
 
 struct Plan {
   BoundLimits limits;
-  LcrSettings lcr;  // at the start, with the aperture that was chosen
-  std::string aperture_note;  // the arithmetic behind it
-  double frame_rate_Hz = 0;  // of the samples: as the file says, or as fast as the frame can
-  double duration_s = 0;  // with `finally`
-  double hand_s = 0;  // of it, while a person is needed
+  LcrSettings lcr;  // at the start, with the chosen aperture
+  std::string aperture_note;  // how the aperture was calculated
+  double frame_rate_Hz = 0;  // of the samples: from the file, or the fastest of the frame
+  double duration_s = 0;  // including `finally`
+  double hand_s = 0;  // the part for which a person is needed
   std::int64_t measure_readings = 0;  // planned fresh readings of `measure` steps
-  std::int64_t lcr_readings = 0, frame_samples = 0;  // recorded in all, about
-  double peak_force_N = 0;  // commanded or expected, without overshoot
-  double overshoot_N = 0;  // largest that is expected of the specimen's model
-  // Force that the specimen may feel at worst, on the stiffest contact that is not excluded; the
-  // same when link or host are lost meanwhile; and how far the frame then goes on by itself.
+  std::int64_t lcr_readings = 0, frame_samples = 0;  // approximate numbers of recorded rows
+  double peak_force_N = 0;  // largest commanded or expected force, without overshoot
+  double overshoot_N = 0;  // largest overshoot that the specimen's model expects
+  // Largest force on the specimen for the stiffest possible contact; the same if link or host are
+  // lost meanwhile; and how far the frame then moves on by itself.
   double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
-  bool weights =
-      false;  // placed by hand: no load cell, no drive, nothing that either can get wrong
+  bool weights = false;  // placed by hand: no load cell and no drive that could fail
   ForceUncertainty force_uncertainty;  // of the load cell
-  WatchFigures watch;  // what the run will not believe
-  // Beyond every limit: what is pressed until a frozen cell, or a drive that turned round where
-  // the force is largest, has been noticed. Infinite: nothing bounds it.
+  WatchFigures watch;  // what the run will distrust
+  // The force, possibly beyond every limit, by the time a fault is noticed: a frozen cell, or a
+  // drive that reverses where the force is largest. Infinite: unbounded.
   std::optional<double> frozen_force_N, reversed_force_N;
-  double travel_min_m = 0, travel_max_m = 0;  // envelope of machine travel; 0 0 without motion
-  bool travel_from_contact = false;  // ... or counted from contact, where that is not known
-  std::int64_t bytes = 0;  // of the database, about
-  PlannedPlaces places;  // without `finally`
+  double travel_min_m = 0, travel_max_m = 0;  // range of machine travel; 0 0 without motion
+  bool travel_from_contact = false;  // the range counts from contact, whose place is unknown
+  std::int64_t bytes = 0;  // approximate size in the database
+  PlannedPlaces places;  // not counting `finally`
   std::vector<std::string> assumptions;
   std::vector<PlannedStep> steps;
 };
@@ -75,14 +75,14 @@ struct PlanRefused {
   Refusal refusal;
 };
 
-// Errors: invalid_request, "FILE:LINE:COL /pointer (step id): reason with its arithmetic, and
-// what to change". The same in parts in `refused`, when it is given.
+// Errors: invalid_request, "FILE:LINE:COL /pointer (step id): reason with its arithmetic, and what
+// to change". `refused`, if given, gets the parts of that message.
 Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
                        PlanRefused* refused = nullptr);
-// The same checks, when only the answer counts.
+// The same checks without the plan.
 Result<> check_protocol(const Protocol& protocol, const Environment& environment, const Rig& rig);
 
-// As `lcrig protocol plan --json` prints it (docs/cli-json.md).
+// The form that `lcrig protocol plan --json` prints (docs/cli-json.md).
 nlohmann::json to_json(const Plan& plan);
 
 }  // namespace lcrig

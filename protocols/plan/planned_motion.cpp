@@ -17,7 +17,7 @@ constexpr const char* kNoHelp =
     "no change of the protocol can help: state frame.stiffness_N_mm in the config if the frame is "
     "softer than rigid, or use one that stops sooner";
 
-// With as many digits as it takes to see the difference.
+// The value with enough digits to differ visibly from the limit.
 std::string more_than(double limit, double value) {
   const bool is_seen = fmt::format("{:.3g}", value) != fmt::format("{:.3g}", limit);
   return is_seen ? fmt::format("{:.3g}", value) : fmt::format("{:.6g}", value);
@@ -61,7 +61,8 @@ Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Num
     }
     return good;
   };
-  // At a speed that leaves next to nothing of the force, the speed is what has to change next.
+  // If this speed leaves almost none of the force, the speed would have to change next. The advice
+  // then assumes a slower one.
   double good = largest(v);
   if (good - none < 0.5 * (felt - none)) good = largest(std::min(v, slowest));
   const double share = (good - none) / (felt - none);
@@ -70,8 +71,8 @@ Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Num
                  at_most(target, share * rig_.get(target), rig_.asked()));
 }
 
-// A motion that the device stops at a force: where it ends on the stiffest contact that is
-// possible, and on the one that the specimen's model expects.
+// Checks a motion that the device stops at a force: where it ends on the stiffest possible contact,
+// and on the one that the specimen's model expects.
 void PlannedMotion::check_stop(double felt, const Number& speed,
                                const std::optional<Number>& allowed, const Number* target) {
   const double v = speed_of(speed), limit = rig_.limits().force_max_N;
@@ -107,7 +108,8 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
   if (!out_.why) rig_.foresee(worst, v);
 }
 
-// The step's own allowance is judged by what is expected, or, without a model, by the worst.
+// The step's own allowance is compared with the expected overshoot, or with the worst one if there
+// is no model.
 void PlannedMotion::check_expected(double force, const Number& speed,
                                    const std::optional<Number>& allowed) {
   const double v = speed_of(speed);
@@ -124,11 +126,11 @@ void PlannedMotion::check_expected(double force, const Number& speed,
   out_.refuse(too_fast(why, speed, fastest, true));
 }
 
-// A travel inside the specimen. The device is told to stop at a force from which it cannot go
-// beyond the limit, and that must be more than the travel is expected to take.
+// Checks a travel inside the specimen. The device gets a force at which it stops, so that it cannot
+// exceed the limit. That force must be larger than the force that the travel is expected to need.
 void PlannedMotion::check_pressing(double depth, const Target& to, const Number& speed) {
   const double v = speed_of(speed), limit = rig_.limits().force_max_N;
-  // Gap zero is where the search stood, which is pressed already.
+  // Gap zero is where the search stood, and the specimen is pressed there already.
   const auto worst_N = [&](double deep) {
     return rig_.forecast().bound().force_after_N(rig_.contact_N(), deep);
   };
@@ -158,8 +160,8 @@ void PlannedMotion::check_pressing(double depth, const Target& to, const Number&
                              : at_most(to.value, rig_.contact_m() + good, rig_.asked())));
 }
 
-// Towards a specimen that may be anywhere: the device stops at a force of its own, which must be
-// above its noise and early enough.
+// Checks a motion towards a specimen whose place is unknown. The device stops at a force of its
+// own, which must be above the noise and still early enough.
 void PlannedMotion::check_blind(const Number& speed) {
   const double v = rig_.get(speed), limit = rig_.limits().force_max_N,
                trip = least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
@@ -172,8 +174,8 @@ void PlannedMotion::check_blind(const Number& speed) {
   out_.refuse(too_fast(why, speed, rig_.forecast().fastest_m_s(trip, limit), false));
 }
 
-// Towards a specimen whose place is known, ending before it. Where the face has come up by more
-// than that gap, the device stops at the limit of the force, and goes on for its stopping way.
+// For a motion that ends before a specimen whose place is known. If the face has come up by more
+// than that gap, the device stops at the limit of the force, and moves on for its stopping way.
 void PlannedMotion::warn_of_the_face(double gap_m, double speed_m_s) {
   const double limit = rig_.limits().force_max_N;
   const double worst = rig_.forecast().stop_N(limit, speed_m_s);
@@ -206,7 +208,8 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   way_m_ = std::abs(target - rig_.travel_m());
   out_.seconds += way_m_ / v;
   add_remark(out_.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_m_ * 1e3, v * 1e3));
-  // Without a known place of contact no force is expected: the gap is a guess, used only for times.
+  // Where the place of contact is unknown, the gap is a guess for times only, and no force is
+  // expected.
   const bool somewhere =
       rig_.contact() != PlannedRig::Contact::unknown || rig_.known().expected_contact;
   const double expected = somewhere ? rig_.force_at(target) : 0;

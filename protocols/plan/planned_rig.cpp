@@ -16,12 +16,12 @@ PlannedRig::PlannedRig(const Protocol& protocol, const Environment& environment,
       forecast_(make_forecast(rig)),
       plan_(plan),
       lcr_(plan.lcr) {
-  // A force within the noise counts as none.
+  // A force within the noise counts as zero.
   const double below = -rig.rest_force_N;
   if (below > kNoiseSigmas * force_noise_N(rig).value_or(0)) below_N_ = below;
   const auto& start = rig.start_travel;
   const double gap = rig.start_gap ? rig.start_gap->si() : kAssumedGap_m;
-  // Known, expected, or counted from there.
+  // The place of contact is stated, expected, or the origin of all travels.
   if (rig.start_gap) {
     contact_ = start ? start->si() + gap : 0;
     contact_state_ = Contact::stated;
@@ -74,7 +74,8 @@ double PlannedRig::travel_at(double force) const {
   return contact_ + (rig_.compression_m && force > 0 ? rig_.compression_m(force) : 0);
 }
 
-// Largest force the limits know, doubled, bounds the search: beyond it the answer is "too much".
+// The bisection ends at twice the largest allowed force, because anything beyond is too much
+// anyway.
 double PlannedRig::force_at(double travel) const {
   if (!rig_.compression_m || travel <= contact_) return 0;
   double low = 0, high = 2 * std::max(std::abs(limits_.force_max_N), 1e-3);
@@ -95,14 +96,14 @@ double PlannedRig::stop_N(double felt_N, double speed_m_s) {
 void PlannedRig::go_to_travel(double travel, const Target* to, StepPlan& out) {
   const double gap = contact_ - travel;
   const bool is_gap = to != nullptr && to->kind == TargetKind::gap;
-  // The end of a window is a travel.
+  // Converts an end of the travel window for the target.
   const auto suggest = [&](double end) {
     if (to == nullptr) return std::vector<Change>();
     const double value = is_gap ? contact_ - end : end;
     return (travel > end) == is_gap ? at_least(to->value, value, asked())
                                     : at_most(to->value, value, asked());
   };
-  // Before contact was found its gap is not known, nor where its travel is from there on.
+  // Before contact was found, its gap is unknown, and so is the travel that follows from it.
   const bool absolute = rig_.start_travel || rig_.expected_contact;
   if (contact_state_ != Contact::unknown && limits_.gap_min_m && !placed_ &&
       (exceeds(*limits_.gap_min_m, gap) || exceeds(gap, *limits_.gap_max_m))) {
@@ -128,7 +129,7 @@ void PlannedRig::go_to_travel(double travel, const Target* to, StepPlan& out) {
 void PlannedRig::go_to_force(double force, const Number* given, StepPlan& out) {
   if (const auto no = check_force(force, limits_, rig_)) {
     std::vector<Change> changes;
-    // A pressure is stated over the area of the tip.
+    // A pressure is the force divided by the area of the tip.
     const bool in_N = given != nullptr && rig_.probe_area.si() > 0 &&
                       std::abs(get(*given) - force) <= 1e-9 * std::abs(force);
     const double unit = in_N ? 1 : rig_.probe_area.si();
@@ -151,7 +152,7 @@ void PlannedRig::use_speed(const Number& speed, StepPlan& out) {
 void PlannedRig::foresee(double worst_N, double speed) {
   plan_.worst_force_N = std::max(plan_.worst_force_N, worst_N);
   pressed_m_s_ = std::max(pressed_m_s_, speed);
-  // The stop does not need the host: the device watches force and travel by itself.
+  // Losing the host changes nothing here: the device watches force and travel by itself.
   plan_.lost_force_N = std::max(plan_.lost_force_N, worst_N);
   plan_.lost_way_m = std::max(plan_.lost_way_m, speed > 0 ? forecast_.lost_way_m(speed) : 0);
 }

@@ -33,7 +33,7 @@ void Planner::refuse(const std::string& pointer, const std::string& id, Refusal 
   refused_->refusal = std::move(refusal);
 }
 
-// The limits must be ones that the machine can keep.
+// Refuses limits that the machine cannot keep.
 void Planner::check_limits() {
   const Limits& l = protocol_.limits;
   for (const auto* force : {&l.force_min, &l.force_max}) {
@@ -56,7 +56,7 @@ void Planner::check_limits() {
   }
 }
 
-// A motion that nobody can watch is none that may begin.
+// Refuses motions whose force or travel nobody could watch.
 void Planner::check_channels() {
   if (!rig_.frame().motion || !commands_frame(protocol_)) return;
   const FrameCapabilities& c = rig_.frame();
@@ -71,7 +71,8 @@ void Planner::check_channels() {
                              missing)));
 }
 
-// -p changes the frequency of any protocol that has no parameter of that name.
+// Proposes a frequency that the meter has. -p changes it in every protocol without a parameter of
+// that name.
 std::vector<Change> Planner::possible_frequency() const {
   constexpr const char* kName = "frequency_Hz";
   const LcrCapabilities& meter = rig_.known().lcr;
@@ -108,7 +109,8 @@ void Planner::walk() {
   finish_figures();
 }
 
-// Force that a cell that freezes, or a drive that turns round, has pressed with when it is noticed.
+// Computes the force that a frozen cell, or a drive that runs the wrong way, has caused by the time
+// it is noticed.
 void Planner::foresee_lies() {
   const WatchFigures& w = plan_.watch;
   const double period_s = plan_.frame_rate_Hz > 0 ? 1 / plan_.frame_rate_Hz : 0;
@@ -135,7 +137,8 @@ void Planner::finish_figures() {
   const double part = rig_.known().force_class_percent / 100;
   u.class_N =
       part * std::max(std::abs(rig_.limits().force_min_N), std::abs(rig_.limits().force_max_N));
-  // ISO 7500-1: the zero may be off by a tenth of the class, of the largest force of the cell.
+  // ISO 7500-1 allows the zero an error of a tenth of the class, as a share of the cell's largest
+  // force.
   u.zero_N = part / 10 * rig_.frame().force_max.si();
   if (const auto noise = force_noise_N(rig_.known())) u.noise_N = 4 * *noise;
   plan_.watch = watch_figures(rig_.frame(), rig_.forecast().bound(), rig_.limits().force_max_N,
@@ -227,8 +230,8 @@ StepPlan Planner::visit(const Step& step) {
   }
   const std::int64_t before = rig_.motions();
   StepPlan out = std::visit([this](const auto& s) { return s.plan(rig_); }, step.action);
-  // What commands the frame is asked of the facts alone: a frame that is only observed is not
-  // stopped either.
+  // The facts of a step decide whether a run commands the frame. If they missed a motion, a frame
+  // that is only observed would move and never be stopped.
   if (rig_.motions() != before && !facts_of(step).commands_frame()) {
     out.why =
         Refusal("a bug: its plan moves the frame, its facts say that it commands none: report it");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The walk behind make_plan: the steps in the order of execution, their times, and the first
-// refusal. What a step does to the rig is in protocols/steps.
+// Walks through a protocol for make_plan: visits the steps in the order of execution, sums their
+// times, and keeps the first refusal. The effect of each step on the rig is in protocols/steps.
 #pragma once
 
 #include <map>
@@ -14,7 +14,8 @@ namespace lcrig {
 
 class Planner {
  public:
-  // All outlives it. `plan` holds the settings of the meter and gets the rest.
+  // All references must outlive it. `plan` contains the settings of the meter; the walk fills in
+  // the rest.
   Planner(const Protocol& protocol, Environment& environment, const Rig& rig,
           const BoundLimits& limits, Plan& plan);
   void walk();

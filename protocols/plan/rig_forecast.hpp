@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the forecast of a rig's motions from the facts known about the rig. The plan and each run
-// use it.
+// Makes the forecast of a rig's motions from the facts about the rig. Used by the plan and by each
+// run.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace lcrig {
 
 Forecast make_forecast(const Rig& rig);
-// Assumptions of the forecast, one line each, for plan and run.
+// Assumptions behind the forecast, one line each. Plan and run state them.
 std::vector<std::string> forecast_assumptions(const Rig& rig, const Forecast& forecast);
 
 }  // namespace lcrig

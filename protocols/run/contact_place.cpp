@@ -4,7 +4,7 @@
 namespace lcrig {
 
 void ContactPlace::place(double travel_m, double force_N) {
-  truth_.forget_contact();  // until its stiffness is measured
+  truth_.forget_contact();  // unknown until its stiffness is measured
   travel_m_ = travel_m;
   force_N_ = force_N;
   guard_.place_contact(travel_m);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Knows where contact with the specimen is, as machine travel: gap zero. Found by a search or
-// stated by a person; motions to a gap, the guard and the end of the run need it.
+// Knows the place of contact with the specimen as machine travel, which is gap zero. A search finds
+// it, or a person states it. Motions to a gap, the guard and the end of the run need it.
 #pragma once
 
 #include <optional>
@@ -17,23 +17,24 @@ class ContactPlace {
       : setup_(setup), guard_(guard), truth_(truth) {}
 
   std::optional<double> travel_m() const { return travel_m_; }
-  double force_N() const { return force_N_; }  // beyond rest, there
+  double force_N() const { return force_N_; }  // force there, beyond that at rest
   void place(double travel_m, double force_N);
   void forget() { travel_m_.reset(); }
-  // A run that goes on knows it from before; its limits of gap are not placed again.
+  // A continued run knows it from the run before. The gap limits are not set again.
   void take_from(std::optional<double> travel_m) { travel_m_ = travel_m; }
   // Machine travel of a target in travel or gap. Errors: invalid_request without a contact.
   Result<double> travel_of(const Target& target, const std::string& step_id) const;
 
-  // This travel is 0 from now on. Contact has to be found again.
+  // Makes this travel the new zero. Contact has to be found again.
   void zero_travel(double travel_m);
-  double zero_m() const { return zero_m_; }  // that zero, by the one at the start of the run
-  FrameCapabilities frame_capabilities() const;  // with travel as the samples show it now
+  // The present zero, counted from the one at the start of the run.
+  double zero_m() const { return zero_m_; }
+  FrameCapabilities frame_capabilities() const;  // with travel as samples show it now
 
   // Where the frame stood when the run began.
   std::optional<double> start_travel_m() const { return start_travel_m_; }
   void start_at(std::optional<double> travel_m) { start_travel_m_ = travel_m; }
-  // A search for contact began there, and has not found it.
+  // Where a search began that has not found contact.
   std::optional<double> searched_from_m() const { return searched_from_m_; }
   void search_from(std::optional<double> travel_m) { searched_from_m_ = travel_m; }
 

@@ -14,15 +14,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kStillArriving = 100ms;  // samples of the motion that still arrive after its end
+constexpr Duration kStillArriving = 100ms;  // after the end of a motion, samples of it still arrive
+                                            // for this long
 constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
-constexpr double kFarthest_m = 0.5e-3;  // of them: each goes twice as far
-constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
-constexpr double kLeft = 0.1;  // ... and less than this may be none
-constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
-constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
-constexpr double kGone = 0.05;  // of the threshold or what was felt, on the way back
+constexpr double kFarthest_m = 0.5e-3;  // farthest step back; each is twice as far as the last
+constexpr double kEnough = 0.3;  // of the force at contact; below it further steps tell nothing
+constexpr double kLeft = 0.1;  // of the force at contact; below it the contact may be lost
+constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
+constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
+constexpr double kGone = 0.05;  // of the threshold or the felt force; a smaller fall does not count
 
 double seconds_between(const Rest& a, const Rest& b) {
   return a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
@@ -49,14 +50,14 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     if (!now) co_return fail(now.error());
     left_N = now->force_N() - before_.force_N();
     looks_.push_back(*now);
-    // A contact never presses harder on the way back: this is none.
+    // A contact never presses harder on the way back, so this is none.
     if (std::abs(left_N) > kMore * std::abs(felt_N()) + kContactSigmas * now->error_N()) break;
   }
   co_return Result<>();
 }
 
-// Where the travel is shown too large, by rounding or by chance, a place that is less far away than
-// that lies deeper in the specimen.
+// The first step back must exceed the error of the shown travel, from rounding or noise. Otherwise
+// the probe might be deeper in the specimen after it than before.
 double ContactProbe::first_step_m() const {
   const double wavers_m = kSlopeSigmas * looks_.front().travel_scatter_m();
   return std::max({kFirstStep_m, run_.pressing->travel_digit_m(), wavers_m});
@@ -99,9 +100,9 @@ const Rest& ContactProbe::off_contact(const Rest& after) const {
   return is_nearer && after.force_N() - farthest.force_N() > doubt_N ? farthest : after;
 }
 
-// A step on whose way contact was lost would tell of a contact that is softer than it is: what is
-// left must be more than the cell shows without any, before and afterwards, for its zero may have
-// drifted meanwhile.
+// Counts the looks in which contact certainly remained, because a step that lost contact would make
+// it seem softer than it is. The force must exceed what the cell shows without contact, before and
+// afterwards, because its zero may have drifted meanwhile.
 std::size_t ContactProbe::touching(const Rest& after) const {
   const double none_N = std::max(before_.force_N(), after.force_N());
   const auto lost = std::find_if(looks_.begin() + 1, looks_.end(), [&](const Rest& now) {
@@ -117,7 +118,7 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
   const double drift_N_s =
       passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
   auto slope = contact_slope(looks_, touching(after), felt_N(), drift_N_s);
-  // The search itself shows how far the force rises while the frame stops.
+  // The rise of the force while the frame stopped must fit the slope, too.
   const double noise_N = run_.truth.noise_N();
   if (slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N)) {
     slope.reset();

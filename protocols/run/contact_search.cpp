@@ -13,17 +13,18 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kDriftOfThreshold = 0.25;  // so much of it a leg may drift away
-constexpr Duration kDriftTime = 3s;  // a look that tells a drift well
+constexpr double kDriftOfThreshold = 0.25;  // drift during one leg, as a part of the threshold
+constexpr Duration kDriftTime = 3s;  // duration of a look that measures drift well
 constexpr Duration kLeastLeg = 1s;
-constexpr int kAttempts = 5;  // of a search that finds what is no contact
-// The scatter that the plan saw was an estimate of few samples.
+constexpr int kAttempts = 5;  // of a search that touches something other than a specimen
+// The scatter in the plan was estimated from few samples, so it may have grown.
 constexpr double kScatterGrown = 1.5;
 
 }  // namespace
 
 Task<Result<>> ContactSearch::find(FindContactStep::Progress& progress) {
-  // A search that begins again may already touch: what it would take for the force at rest is not.
+  // A search that begins again may touch already, and its force would be taken for that at rest. So
+  // it first goes back to its start.
   if (progress.start_travel_m && run_.view.travel_m().value_or(0) > *progress.start_travel_m) {
     auto back = co_await return_to(*progress.start_travel_m);
     if (!back) co_return back;
@@ -59,7 +60,8 @@ Task<Result<>> ContactSearch::return_to(double travel_m) {
   co_return moved;
 }
 
-// Needs a cell whose digits change. A cell that drifts is watched longer.
+// Looks at the cell at rest. It must be alive: its last digits change. A cell that drifts is
+// watched longer.
 Task<Result<>> ContactSearch::look_before() {
   auto rest = co_await run_.view.living_rest();
   const bool drifts = rest && std::abs(rest->drift_N_s()) > kSureOfDrift * rest->drift_error_N_s();
@@ -105,7 +107,7 @@ double ContactSearch::furthest_m() const {
   return run_.view.travel_m().value_or(0) + longest;
 }
 
-// Touched, at a force of `rest_` and the threshold.
+// Approaches in legs until the force exceeds that of `rest_` by the threshold.
 Task<Result<MotionOutcome>> ContactSearch::search() {
   const double from_m = run_.view.travel_m().value_or(0);
   for (;;) {
@@ -129,7 +131,7 @@ Task<Result<MotionOutcome>> ContactSearch::search() {
   }
 }
 
-// One leg; nullopt: the cell has drifted so far that it has to be looked at again.
+// One leg. nullopt: the cell may have drifted so far that it has to be looked at again.
 Task<Result<std::optional<MotionOutcome>>> ContactSearch::approach() {
   const Duration patience = std::max<Duration>(deadline_ - run_.setup.clock.now(), 1s);
   const double drift_N_s = std::abs(rest_.drift_N_s());
@@ -154,8 +156,8 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::approach() {
   co_return std::optional<MotionOutcome>();
 }
 
-// After a leg that found nothing: it may touch already, more softly than the threshold. nullopt: it
-// does not, and the next leg begins.
+// After a leg that found nothing. The probe may touch already, with less than the threshold.
+// nullopt: it does not, and the next leg begins.
 Task<Result<std::optional<MotionOutcome>>> ContactSearch::look_between(MonoTime begun) {
   auto now = co_await run_.view.watch_rest(kDriftTime);
   if (!now) co_return fail(now.error());
@@ -175,8 +177,8 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::look_between(MonoTime 
   co_return std::optional<MotionOutcome>();
 }
 
-// Force beyond the drift since `rest_` was seen `ago`. A force that the drift explains counts as
-// none.
+// The force beyond the drift since `rest_` was measured, `ago`. A force that drift and noise
+// explain counts as zero.
 double ContactSearch::felt_beyond_drift_N(const Rest& now, Duration ago) const {
   const double s = to_seconds(ago);
   const double felt_N = now.force_N() - rest_.force_N() - rest_.drift_N_s() * s;
@@ -196,7 +198,7 @@ Result<> ContactSearch::check_touched(const MotionOutcome& touched) const {
   return {};
 }
 
-// Stores where the specimen was found and how stiff it is there.
+// Stores the place and the stiffness of the contact that was found.
 Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
                                            const ContactProbe& probe) {
   const double felt_N = touched.force_N.value_or(probe.touched_N()) - rest_.force_N();
@@ -210,7 +212,7 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   if (!after) co_return fail(after.error());
   const Rest& bare = probe.off_contact(*after);
   probe.conclude_stiffness(bare, speed_m_s());
-  run_.truth.learn_rest(bare);  // its zero may have drifted on the way
+  run_.truth.learn_rest(bare);  // the zero may have drifted during the search
   run_.guard.set_rest_force(bare.force_N(), bare.scatter_N());
   const auto start_m = run_.contact.start_travel_m();
   if (!run_.setup.check_at_contact || !start_m) co_return moved;

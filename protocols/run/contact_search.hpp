@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search for contact: a live cell, and a bounded way in legs, so that the drift of the cell is
-// not taken for a force. Used by the step `find_contact`.
+// Searches for contact: with a cell that is alive, over a bounded way, and in legs, so that drift
+// of the cell is not taken for a force. Used by the step `find_contact`.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,13 @@ namespace lcrig {
 
 class ContactSearch {
  public:
-  // Both outlive it.
+  // Both must outlive it.
   ContactSearch(RunParts& run, const FindContactStep& step)
       : run_(run), step_(step), rise_N_(run.get(step.force)) {}
 
-  // Contact is placed, its stiffness known as far as the samples tell, and the probe is back off
-  // it. `progress` remembers where the search began, for one that begins again. Errors: refused (no
-  // contact, or a cell that lies), limit_tripped, invalid_request.
+  // On success the place of contact is set, its stiffness is known as far as samples can show it,
+  // and the probe is clear of it. `progress` stores where the search began, in case it has to begin
+  // again. Errors: refused (no contact, or a cell that lies), limit_tripped, invalid_request.
   Task<Result<>> find(FindContactStep::Progress& progress);
 
  private:
@@ -36,9 +36,9 @@ class ContactSearch {
 
   RunParts& run_;
   const FindContactStep& step_;
-  double rise_N_;  // over the force at rest: what counts as touched
-  Rest rest_;  // what the cell would show here without the specimen
-  double end_m_ = 0;  // of the way
+  double rise_N_;  // the rise above the force at rest that counts as contact
+  Rest rest_;  // the cell's force here without the specimen
+  double end_m_ = 0;  // end of the allowed way
   MonoTime deadline_{};
 };
 

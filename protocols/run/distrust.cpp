@@ -56,13 +56,14 @@ void Distrust::heed(const EventName& kind, const std::string& detail) {
   if (fault) heed_fault(*fault, detail);
 }
 
-// E-stop, drive off, shield: a person who resets it does not thereby say that the frame may move.
+// E-stop, drive off, shield: resetting them at the machine does not yet allow the frame to move.
 void Distrust::heed_fault(std::string_view what, const std::string& detail) {
   drive_.keep_hands_off(
       fmt::format("the frame reports {} ({}): clear it at the machine", what, printable(detail)));
 }
 
-// Limits, contact and predictions were of the zero before. The way back is the way away from here.
+// Limits, contact and predictions referred to the old zero. From here the only way back is away
+// from the specimen.
 void Distrust::distrust_zero(const std::string& detail) {
   const std::string why = fmt::format(
       "the zero of force or travel was changed at the machine ({}): what it shows means nothing "

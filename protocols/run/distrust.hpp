@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acts when the frame is not believed any more: the run stops at once, and what is still allowed
-// depends on what cannot be believed. The run feeds it with samples and events.
+// Acts when the frame can no longer be believed: the run stops at once, and what it may still do
+// depends on what cannot be believed. The run passes it samples and events.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ namespace lcrig {
 
 class Distrust {
  public:
-  // All outlive it. `pressing`: nullptr for a frame that cannot move.
+  // All must outlive it. `pressing`: nullptr for a frame that cannot move.
   Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
            Pressing* pressing, FrameTruth& truth, ContactPlace& contact, FrameDrive& drive)
       : setup_(setup),
@@ -32,21 +32,20 @@ class Distrust {
         contact_(contact),
         drive_(drive) {}
 
-  // Every sample of a frame that was prepared: whether it contradicts what the frame was told.
+  // Checks every sample of a prepared frame against its orders.
   void judge(const FrameSample& sample);
   // Takes an event that the frame reports by itself.
   void heed(const EventName& kind, const std::string& detail);
-  // While it lives, a new zero is what this run asked for.
+  // While the flag lives, a new zero is one that this run asked for.
   ScopedFlag expect_zero() { return ScopedFlag(zeroing_); }
 
   void disbelieve(const Contradiction& contradiction);
-  // The force means nothing any more: every force is allowed, but no motion except away from the
-  // specimen.
+  // Stops trusting the force: every force is allowed, but no motion except away from the specimen.
   void distrust_force();
-  // The places that are known belong to another zero, so not even the way back is known.
+  // Gives up the known places, which belong to another zero. Not even the way back is known then.
   void lose_origin(const std::string& why);
 
-  // The frame was stopped for the last time: what moves now is only noted.
+  // Call after the last stop of the frame: a motion from then on is only noted.
   void run_ended() { ended_ = true; }
   const std::optional<std::string>& moves_again() const { return moves_again_; }
 
@@ -64,7 +63,7 @@ class Distrust {
   ContactPlace& contact_;
   FrameDrive& drive_;
   bool zeroing_ = false, ended_ = false;
-  std::optional<std::string> moves_again_;  // what was seen then
+  std::optional<std::string> moves_again_;  // what was seen of a motion after the end
 };
 
 }  // namespace lcrig

@@ -14,7 +14,7 @@ namespace lcrig {
 
 class EventLog {
  public:
-  // Both outlive it.
+  // Both must outlive it.
   EventLog(Clock& clock, RunSink& sink) : clock_(clock), sink_(sink) {}
 
   void event(EventName kind, std::string detail) const {
@@ -24,7 +24,7 @@ class EventLog {
   void event(const P& payload) const {
     sink_.event(RunEvent(clock_.now(), step_id_, payload));
   }
-  // Until `end_step` events belong to this step.
+  // Events belong to this step until `end_step`.
   void begin_step(const Step& step) { step_id_ = step.id; }
   void end_step() { step_id_.clear(); }
   const std::string& step_id() const { return step_id_; }  // empty: between steps

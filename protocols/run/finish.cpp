@@ -16,8 +16,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kClear_m = 20e-6;  // this far above contact nothing should be pressed
-constexpr double kFarClear_m = 100e-6;  // ... and this far above surely nothing is
+constexpr double kClear_m = 20e-6;  // above contact; nothing should press from there on
+constexpr double kFarClear_m = 100e-6;  // above contact; certainly nothing presses there
 constexpr std::string_view kUnknown =
     "whether the specimen is still loaded is not known: look at the rig, drive the frame away from "
     "it at the machine";
@@ -69,19 +69,20 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   co_return std::move(result_);
 }
 
-// The links may have been cut in the middle of an exchange.
+// Takes the reason of the stop, and resynchronises the frame, because an exchange may have been
+// cut.
 Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
   result_.exit_status = ExitStatus::success;
   if (!stop) co_return;
   hear(*stop);
-  if (stop->kind == Interrupt::stop_after) {  // between two steps: no exchange was cut
+  if (stop->kind == Interrupt::stop_after) {  // came between two steps: no exchange was cut
     result_.exit_status = ExitStatus::stopped;
     result_.reason = stop->why;
     co_return;
   }
   const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
   result_.exit_status = wanted ? ExitStatus::abort : ExitStatus::fail;
-  // The status of an aborted run says the word already.
+  // The status "abort" says that word already.
   const auto kind = to_string(event_of(stop->kind));
   result_.reason =
       stop->kind == Interrupt::abort ? stop->why : fmt::format("{}: {}", kind, stop->why);
@@ -93,8 +94,8 @@ Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
   if (run_.drive.prepared()) co_await see_standstill();
 }
 
-// The last samples before a standstill are of the motion: the way back is allowed what the specimen
-// feels now. A cell that says nothing is not waited for.
+// Waits for samples of the standstill, because the last ones before it belong to the motion. The
+// way back is allowed the force that the specimen feels now. Does not wait for a silent cell.
 Task<> Finish::see_standstill() {
   Clock& clock = run_.setup.clock;
   if (!run_.setup.moves()) co_return;
@@ -112,14 +113,14 @@ void Finish::tell_not_run(std::string_view why) {
   add_remark(result_.reason, fmt::format("`finally` did not run: {}", why));
 }
 
-// Whether `finally` can and may run; says why not.
+// Whether `finally` can and may run. Reports why not.
 bool Finish::may_clear(bool frozen) {
   if (frozen) return false;
   if (!run_.drive.prepared() && run_.setup.commands) {
-    return false;  // nothing was asked of the frame
+    return false;  // the run asked nothing of the frame
   }
   if (const Error* why = losses_.frame_away()) {
-    if (ended_well(result_.exit_status)) {  // every step had
+    if (ended_well(result_.exit_status)) {  // all steps succeeded
       result_.exit_status = ExitStatus::fail;
       result_.code = why->code;
       add_remark(result_.reason, why->what);
@@ -129,7 +130,7 @@ bool Finish::may_clear(bool frozen) {
         "moves");
     return false;
   }
-  if (run_.drive.hands_off()) return false;  // tell_hands_off says why
+  if (run_.drive.hands_off()) return false;  // tell_hands_off reports the reason
   if (run_.setup.moves() && !run_.drive.standing()) {
     result_.exit_status = ExitStatus::fail;
     result_.code = Errc::not_standing;
@@ -153,7 +154,8 @@ bool Finish::may_clear(bool frozen) {
   return true;
 }
 
-// Runs whatever happened before; has its own deadline, after which the frame stays where it is.
+// Runs `finally`, whatever happened before. It has a deadline of its own, after which the frame
+// stays where it is.
 Task<> Finish::run_finally() {
   const MonoTime deadline = run_.setup.clock.now() + run_.setup.protocol.finally_timeout;
   auto r = co_await either(run_steps_(), run_.setup.clock.wait_until(deadline));
@@ -182,11 +184,11 @@ void Finish::tell_standstill() {
   }
 }
 
-// A reason that does not name the fault yet does so now.
+// Adds the fault to the run's reason, unless the reason contains it.
 void Finish::tell_hands_off(bool cleared) {
   const auto& why = run_.drive.hands_off();
   if (!why) return;
-  if (ended_well(result_.exit_status)) {  // every step had
+  if (ended_well(result_.exit_status)) {  // all steps succeeded
     result_.exit_status = ExitStatus::fail;
     result_.code = why->code;
   }
@@ -201,7 +203,7 @@ void Finish::tell_hands_off(bool cleared) {
   }
 }
 
-// The specimen is unloaded, or the run says that it is not and what to do now.
+// Checks that the specimen is unloaded. If it is not, the run says so, and what to do.
 Task<> Finish::tell_load() {
   auto rest = co_await run_.view.watch_rest(200ms);
   const std::string why = load_left(rest);
@@ -210,7 +212,7 @@ Task<> Finish::tell_load() {
   fail_with(Errc::limit_tripped, why);
 }
 
-// Empty: nothing is left.
+// Words for a load that is left; empty: none is.
 std::string Finish::load_left(const Result<Rest>& rest) const {
   const double bare_N = run_.truth.bare_N(), zero_doubt_N = run_.truth.zero_doubt_N();
   const std::optional<double> contact_m = run_.contact.travel_m();
@@ -219,8 +221,8 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
   const bool clear = clear_m > kClear_m;
   const bool surely = clear_m > kFarClear_m && run_.truth.knows_contact();
   const bool obeys = losses_.frame_away() == nullptr && !run_.drive.hands_off();
-  // Contact was called where the search stood, which is inside of a specimen that it ran into: what
-  // is shown counts there, too, if it is more than the zero of the cell can be off.
+  // The search stood at the place of contact, which lies inside a specimen that it ran into. Clear
+  // of that place, a force counts as load only beyond the error of the cell's zero.
   const double doubt_N = clear ? zero_doubt_N : 0;
   const bool pulls = rest && run_.truth.is_loaded(2 * bare_N - rest->force_N() - zero_doubt_N);
   const bool loaded = rest && run_.truth.is_loaded(rest->force_N() - doubt_N);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ends a run, whatever happened before: stops the frame, runs `finally`, makes the meter safe, and
-// states truthfully what lies under the probe. `Run` uses it.
+// reports truthfully whether the specimen is still loaded. Used by `Run`.
 #pragma once
 
 #include <functional>
@@ -18,12 +18,12 @@ namespace lcrig {
 
 class Finish {
  public:
-  // Runs the steps of `finally`; the answer is what stopped them.
+  // Runs the steps of `finally`. Returns the request that stopped them, if one did.
   using RunSteps = std::function<Task<std::optional<InterruptRequest>>()>;
   Finish(RunParts& run, Losses& losses, const TakeOver& take_over, RunSteps run_steps)
       : run_(run), losses_(losses), take_over_(take_over), run_steps_(std::move(run_steps)) {}
 
-  // `stop`: what ended the steps; nullopt when they all were done.
+  // `stop`: the request that ended the steps; nullopt when all of them were done.
   Task<RunResult> end(std::optional<InterruptRequest> stop);
 
  private:
@@ -45,7 +45,7 @@ class Finish {
   const TakeOver& take_over_;
   RunSteps run_steps_;
   RunResult result_;
-  // Why the steps, and `finally`, were stopped: the reason says it already.
+  // Why the steps and `finally` were stopped. The run's reason contains these texts already.
   std::vector<std::string> heard_;
   bool told_not_run_ = false, told_standstill_ = false;
 };

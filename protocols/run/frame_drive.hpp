@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands to the frame that are no motions: its limits, STOP, a hold; and whether anything may
-// move at all. Motions, steps, the recovery and the end of the run command the frame through this.
+// Commands to the frame other than motions: its limits, STOP, a hold. Knows whether anything may
+// move at all. Motions, steps, the recovery and the end of the run command the frame through it.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace lcrig {
 
 class FrameDrive {
  public:
-  // All outlive it.
+  // All must outlive it.
   FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
              FrameTruth& truth, const ContactPlace& contact)
       : setup_(setup),
@@ -29,37 +29,39 @@ class FrameDrive {
         truth_(truth),
         contact_(contact) {}
 
-  // Limits and samples of a frame that this run commands; only samples of another one.
+  // Sets limits and sample rate of a frame that this run commands; of any other frame only the
+  // rate.
   Task<Result<>> take_command();
-  Task<Result<>> arm(FrameLimits limits);  // the device watches these; asked once for each change
-  void forget_limits() { armed_.reset(); }  // the device may watch others
-  // Stops now, and says whether standstill was confirmed.
+  Task<Result<>> arm(FrameLimits limits);  // the device watches these limits; sent only when they
+                                           // change
+  void forget_limits() { armed_.reset(); }  // the device may have other limits now
+  // Stops now, and records whether standstill was confirmed.
   Task<> stop();
-  // The same after the link came back, when nothing was under way. Errors: as LoadFrame::stop.
+  // The same after the link came back, when no motion was under way. Errors: as LoadFrame::stop.
   Task<Result<>> stop_silently();
 
   Task<Result<>> hold_force(double force_N);
   Task<Result<>> hold_travel();
-  // Force control to which the frame returns after a pause or a loss.
+  // The held force that the frame returns to after a pause or a loss.
   std::optional<double> held_force_N() const { return held_force_N_; }
   void will_hold(std::optional<double> force_N) { held_force_N_ = force_N; }
   Task<Result<>> restore_hold();
 
-  // Stops the run. From now on nothing is sent that moves the frame, not even by `finally`, until a
-  // person has looked. `why` is for people and goes into the run's reason.
+  // Stops the run. From now on nothing that moves the frame is sent, not even by `finally`, until a
+  // person has looked. `why` is for people and becomes part of the run's reason.
   void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   const std::optional<Error>& hands_off() const { return hands_off_; }
-  Result<> may_move() const;  // asked before every motion of the frame
-  // True when `why` is the text of hands_off(), or the text with which may_move() refuses for it:
-  // such a reason is told once.
+  Result<> may_move() const;  // checked before every motion
+  // True when `why` is the text of hands_off(), or the text with which may_move() refuses. Such a
+  // reason is reported only once.
   bool is_hands_off(std::string_view why) const;
 
-  // Something may have been asked of the instruments: `finally` has to run.
+  // The instruments may have received a command, so `finally` has to run.
   bool prepared() const { return prepared_; }
   void set_prepared(bool yes) { prepared_ = yes; }
   bool standing() const { return standing_; }  // the last STOP was confirmed
-  // How often the frame confirmed standstill. More than before a request to stop: it stands because
-  // of it. A frame that is only observed counts as one that confirmed.
+  // How often the frame confirmed standstill. If it has grown since a request to stop, that request
+  // was carried out. A frame that is only observed counts as confirming.
   std::uint64_t stands() const { return stands_; }
   std::uint64_t failed_stops() const { return failed_stops_; }
 
@@ -72,9 +74,9 @@ class FrameDrive {
   Guard& guard_;
   FrameTruth& truth_;
   const ContactPlace& contact_;
-  std::optional<FrameLimits> armed_;  // what the device watches now
+  std::optional<FrameLimits> armed_;  // limits that the device watches now
   std::optional<double> held_force_N_;
-  std::optional<Error> hands_off_;  // why nothing moves any more
+  std::optional<Error> hands_off_;  // why nothing may move any more
   bool prepared_ = false, standing_ = false;
   std::uint64_t stands_ = 0, failed_stops_ = 0;
 };

@@ -8,16 +8,16 @@ namespace lcrig {
 
 namespace {
 
-// Distance that a moving frame covers before it stands: it goes on until the gateway notices, then
-// brakes. Half as fast again, because the speed is an estimate.
+// Distance that a moving frame covers until it stands: it moves on until the gateway notices, then
+// brakes. The speed is an estimate, so half of it is added.
 double way_m(const FrameMemory& before, const FrameTolerance& allowed) {
   const double v = std::max(1.5 * before.speed_m_s, before.begun_m_s);
   const double a = allowed.deceleration.si();
   return v * to_seconds(allowed.silence) + (a > 0 ? v * v / (2 * a) : 0);
 }
 
-// A force that does not fit the way: closer to the specimen it is no less, and no more than the
-// stiffest contact makes of it; further away the other way round.
+// Refuses a force that does not fit the way. Closer to the specimen it must not be smaller, nor
+// larger than the stiffest contact allows; further away the other way round.
 Result<> compare_force_on_way(const FrameMemory& before, const FrameMemory& now,
                               const FrameTolerance& allowed) {
   if (!before.zeroed || !allowed.force_after_N || !before.force_N || !now.force_N) return {};

@@ -15,14 +15,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kDriftSigmas = 6;  // what no sample shows by chance, however many there are
+constexpr double kDriftSigmas = 6;  // never reached by chance, however many samples there are
 // A specimen relaxes while it is pressed slowly, and gives back less than it took.
-constexpr double kMayRelax = 0.3, kMayGiveBack = 0.05;  // of the force that is felt
+constexpr double kMayRelax = 0.3, kMayGiveBack = 0.05;  // as parts of the felt force
 constexpr double kLeastOfLimit = 0.02;
-constexpr double kSettles = 0.1;  // of the force, from the stop to the next sample
-constexpr double kZeroDoubt = 1e-3;  // of the cell's nominal: what class 1 allows its zero
+constexpr double kSettles = 0.1;  // part of the force, from the stop to the next sample
+constexpr double kZeroDoubt = 1e-3;  // part of the cell's nominal force: error of zero in class 1
 
-// `direction`: of the force. Whether it came there, as far as one value tells.
+// Whether a single force value shows that the target was reached from the side of `direction`.
 bool is_there(double force_N, double target_N, int direction, double allowed_N) {
   if (direction == 0) return std::abs(force_N - target_N) <= allowed_N;
   return direction > 0 ? force_N >= target_N - allowed_N : force_N <= target_N + allowed_N;
@@ -36,9 +36,10 @@ FrameTruth::FrameTruth(const RunSetup& setup, const EventLog& log, const Guard& 
   if (pressing_ != nullptr && setup_.commands) plausible_.emplace(WatchFigures());
 }
 
-// Everything that is derived of the unloaded cell is learned with it.
+// Learns the unloaded cell, and with it everything that is derived from it.
 void FrameTruth::learn_rest(const Rest& rest, Under under) {
-  // A cell that was alive and shows one value is none to learn from: it may just have frozen.
+  // If a cell that was alive shows a single value, it may just have frozen. Nothing is learned from
+  // it.
   if (plausible_ && scatter_.alive && !rest.is_alive()) return;
   rest_ = rest;
   if (under == Under::nothing) {
@@ -58,7 +59,8 @@ void FrameTruth::learn_scatter(const Rest& rest) {
   WatchFigures figures =
       watch_figures(setup_.frame.capabilities(), pressing_->forecast().bound(),
                     setup_.limits.force_max_N, setup_.frame_rate_Hz, scatter_, scatter_.noise_N);
-  // The scatter is an estimate each time: what was promised once is kept.
+  // The scatter is a new estimate each time, but an earlier promise to notice a frozen cell is
+  // kept.
   const WatchFigures& before = plausible_->figures();
   if (before.frozen_samples &&
       figures.frozen_samples.value_or(INT64_MAX) > *before.frozen_samples) {
@@ -79,23 +81,23 @@ double FrameTruth::zero_doubt_N() const {
   return kZeroDoubt * setup_.frame.capabilities().force_max.si();
 }
 
-// With the tolerances of a motion that begins now.
+// The motion with the tolerances that apply from now on.
 Plausibility::Motion FrameTruth::motion_now(double direction, double speed_m_s) const {
   Plausibility::Motion m;
   m.direction = direction;
   m.speed_m_s = speed_m_s;
   m.force_N = view_.force_N().value_or(0);
-  // On the way into a specimen the last known force counts, however old it is.
+  // For a motion into the specimen the last known force counts, however old it is.
   m.force_known = direction >= 0 || view_.shows_force();
   m.rest_N = rest_N();
   const double felt_N = std::abs(m.force_N - m.rest_N);
-  // A frame that hunts in contact wavers by more than its cell scatters.
+  // The force of a frame that hunts in contact varies by more than the noise of its cell.
   const double noise_N =
       std::max({this->noise_N(), view_.wavers_N(), plausible_ ? plausible_->wavers_N() : 0});
   const double least_N = std::max(kDriftSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
   m.against_N = least_N + (direction > 0 ? kMayRelax : kMayGiveBack) * felt_N + zero_doubt_N();
   m.drift_N_s = drift_N_s_;
-  if (direction > 0) {  // a specimen that is pressed does not pull
+  if (direction > 0) {  // pressing a specimen never makes it pull
     const double room_N = m.force_N - guard_.limits().force_min_N;
     m.against_N = std::min(m.against_N, std::max(room_N, kDriftSigmas * noise_N));
   }
@@ -122,8 +124,8 @@ std::optional<Contradiction> FrameTruth::check(const FrameSample& sample) {
   return plausible_->check(sample);
 }
 
-// A specimen that pulls is left to a person; a cell that lies is not believed, and the probe
-// leaves.
+// Distinguishes a specimen that pulls, which is left to a person, from a cell that lies. A lying
+// cell is not believed, and the probe moves away.
 std::optional<Contradiction> FrameTruth::check_fall(const FrameSample& sample) const {
   const double least_N = guard_.limits().force_min_N;
   if (!plausible_ || sample.force_N.value_or(least_N) >= least_N) return std::nullopt;
@@ -145,8 +147,8 @@ std::optional<Contradiction> FrameTruth::check_fall(const FrameSample& sample) c
                   *sample.force_N));
 }
 
-// How far the frame is from where the motion should have ended, by its own last word and by what
-// its samples show. Empty when neither disagrees.
+// How far the frame is from the intended end of the motion, by its own report and by its samples.
+// Empty when both agree with it.
 std::string FrameTruth::disagreement(const MotionOrder& order, const MotionOutcome& outcome) const {
   const WatchFigures& f = plausible_->figures();
   if (order.travel_m) {

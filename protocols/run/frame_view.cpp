@@ -12,10 +12,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kForceAge = 500ms;  // an older force says nothing of the way to go
-constexpr Duration kLifeTime = 3s;  // a live cell changes its last digit within this
+constexpr Duration kForceAge = 500ms;  // an older force does not tell the direction of a motion
+constexpr Duration kLifeTime = 3s;  // a live cell changes its last digit within this time
 constexpr std::int64_t kRestSamples = 10;
-constexpr double kNewSamples = 2;  // a force that is older is not the one of now
+constexpr double kNewSamples = 2;  // sample periods; an older force is not the present one
 
 }  // namespace
 

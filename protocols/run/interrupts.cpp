@@ -50,12 +50,12 @@ InterruptQueue::InterruptQueue(asio::any_io_executor executor, Clock& clock, con
 InterruptQueue::Taken InterruptQueue::ask(InterruptRequest request) {
   if (over_) return Taken::over;
   const bool stops = is_stop(request);
-  // A second abort never ends `finally`, which unloads the specimen.
+  // A second abort must not end `finally`, because it unloads the specimen.
   const bool asks = request.kind == Interrupt::pause || request.kind == Interrupt::abort;
   if (finishing_ && asks) return Taken::finally_goes_on;
   if (stops && request.kind != Interrupt::freeze && stop_pending_) return Taken::acts;
   stop_pending_ = stop_pending_ || stops;
-  // The event of a limit names the sample, and was written with it.
+  // The event of a limit contains the sample and was written with it.
   if (request.kind != Interrupt::limit) log_.event(event_of(request.kind), request.why);
   push(std::move(request));
   return Taken::acts;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that interrupt a step, and the queue in which they wait until the loop of the run has
-// time for them. People who stop a run, the guard and the recovery put requests in; the run takes
-// them out.
+// Requests that interrupt a step, and the queue in which they wait for the run's loop. People who
+// stop a run, the guard and the recovery add requests; the run takes them out.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -20,9 +19,9 @@ namespace lcrig {
 // pause: hold travel, go on later. abort: stop now, then `finally`. freeze: stop now and stay.
 // limit and fault are aborts that nobody asked for; the run has failed.
 // loss: an instrument vanished; the protocol's `on_loss` decides.
-// stop_after: what was to be finished is finished; then `finally`. Never asked for in a step.
+// stop_after: the part that a person named is done; then `finally`. Never comes within a step.
 enum class Interrupt { pause, abort, freeze, limit, fault, loss, stop_after };
-EventKind event_of(Interrupt i);  // whose word is the word of the interrupt
+EventKind event_of(Interrupt i);  // the event that reports the interrupt
 
 struct InterruptRequest {
   InterruptRequest() = default;
@@ -33,47 +32,48 @@ struct InterruptRequest {
   std::string why;
 };
 
-// A step that failed is an interrupt that nobody asked for.
+// A step that failed becomes an interrupt that nobody asked for.
 InterruptRequest request_for(const Error& error);
 
 class InterruptQueue {
  public:
-  // `look` is called every 100 ms while somebody waits: it pushes what nobody else would tell.
+  // `look` is called every 100 ms while somebody waits. It adds requests for conditions that cause
+  // no event.
   InterruptQueue(asio::any_io_executor executor, Clock& clock, const EventLog& log,
                  std::function<void()> look);
   static constexpr Duration kTick = std::chrono::milliseconds(100);
 
-  // From the io thread, at any time.
-  // Result of a request: it acts; `finally` runs and goes on; the run is over.
+  // Call from the io thread, at any time.
+  // Result of a request: it acts; `finally` is running and goes on; the run is over.
   enum class Taken { acts, finally_goes_on, over };
   Taken ask(InterruptRequest request);
-  // The same without an event and without asking whether it counts. A kind that already waits is
-  // not added again, so nobody can fill the queue.
+  // Adds a request without an event or a check. A kind that already waits is not added again, so
+  // the queue stays short.
   void push(InterruptRequest request);
   bool empty() const { return pending_.empty(); }
   const InterruptRequest& next() const { return pending_.front(); }
   InterruptRequest take();  // the next one
-  InterruptRequest take_stop();  // the next one that is no pause
-  // Returns when a request waits, or at `until`. A request stays in the queue, so that a wait that
-  // something else ended loses none.
+  InterruptRequest take_stop();  // the next one other than a pause
+  // Returns when a request waits, or at `until`. The request stays in the queue, so that none is
+  // lost when something else ends the wait.
   Task<> wait(MonoTime until = MonoTime::max());
-  Task<> wait_for_stop();  // while nothing runs yet that a pause could interrupt
+  Task<> wait_for_stop();  // for the time before a pause has anything to interrupt
 
-  // After a pause. `false`: somebody has resumed it already.
+  // Ends a pause. `false`: another call has ended it already.
   bool resume() { return resumes_.try_send(boost::system::error_code()); }
   Task<> resumed();
 
-  // A stop was asked for and has not been acted upon: more of them would be no news.
+  // A stop was asked for and is not carried out yet, so another one changes nothing.
   bool stop_pending() const { return stop_pending_; }
-  // The run ends. From now on only what makes `finally` dangerous interrupts it. Returns what the
-  // run is stopped for: `stop`, or a request that came in its last instant.
+  // Call when the run ends. From now on only requests that make `finally` dangerous interrupt it.
+  // Returns the reason of the stop: `stop`, or a request that came in the last instant.
   std::optional<InterruptRequest> begin_finish(std::optional<InterruptRequest> stop);
-  void expect_no_stop() { stop_pending_ = false; }  // `finally` has ended
+  void expect_no_stop() { stop_pending_ = false; }  // call after `finally`
   bool finishing() const { return finishing_; }
-  void close() { over_ = true; }  // nothing can be asked any more
+  void close() { over_ = true; }  // nothing can be asked for any more
   bool over() const { return over_; }
 
-  // For the watchdog, and to tell whether this program itself stood still.
+  // For the watchdog, and to see whether this program itself was suspended.
   std::uint64_t ticks() const { return ticks_; }
   MonoTime last_tick() const { return last_tick_; }
 

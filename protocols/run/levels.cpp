@@ -6,7 +6,7 @@
 namespace lcrig {
 
 double LevelLabels::force_of(const Target& target) const {
-  // The plan refused a pressure without a probe area.
+  // The plan has refused a pressure without a probe area.
   const double area_m2 = target.kind == TargetKind::pressure ? probe_area_m2_.value() : 0;
   return target_force_N(target, environment_, LoadFactors(area_m2, gravity_m_s2_));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names the load levels of a run: which number each `measure` step gets, and which force it was
-// measured at. Load steps set the target, `measure` takes the next level.
+// Labels the load levels of a run: the number of each `measure` step, and its target force. Load
+// steps set the target, `measure` takes the next level.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ namespace lcrig {
 
 class LevelLabels {
  public:
-  // `environment` outlives it.
+  // `environment` must outlive it.
   LevelLabels(const Environment& environment, std::optional<double> probe_area_m2,
               double gravity_m_s2)
       : environment_(environment), probe_area_m2_(probe_area_m2), gravity_m_s2_(gravity_m_s2) {}
 
-  double force_of(const Target& target) const;  // N; of a target that is a force
-  // The levels that follow are measured at the force that the step aims at, or at none after a
-  // motion to elsewhere. Other steps change nothing.
+  double force_of(const Target& target) const;  // N, for a target that is a force or a pressure
+  // Sets the force of the following levels to the target of this step, or to none after a motion to
+  // a place. Other steps change nothing.
   void aim(const StepFacts& facts);
-  std::int64_t repeat() const { return repeat_; }  // of the outermost loop, from 1; 0: none
+  std::int64_t repeat() const { return repeat_; }  // pass of the outermost loop, from 1; 0: none
   void enter_repeat(std::int64_t repeat) { repeat_ = repeat; }
   LoadLevel next(std::string step_id, std::int64_t readings, MonoTime begin);
-  // The last level is measured anew: it keeps its place within the repeat, with a new number.
+  // Lets the last level be measured again: it keeps its index in the repeat, under a new number.
   void abandon() { --in_repeat_; }
 
-  // Stores and restores the counts, so that a run that goes on later counts on.
+  // Store and restore the counts, so that a continued run counts on.
   void write_to(RunPoint& point) const;
   void take_from(const RunPoint& point);
 
@@ -41,7 +41,7 @@ class LevelLabels {
   double gravity_m_s2_;
   std::optional<double> target_force_N_, target_pressure_Pa_;
   std::int64_t levels_ = 0;
-  std::int64_t in_repeat_ = 0, of_repeat_ = -1;  // levels so far in this repeat
+  std::int64_t in_repeat_ = 0, of_repeat_ = -1;  // levels so far in this repeat, and its number
   std::int64_t repeat_ = 0;
 };
 

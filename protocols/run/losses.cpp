@@ -15,14 +15,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Between two attempts. With the meter's own 0.5 s after opening it is back within a second.
+// Between two attempts. Together with its own 0.5 s after opening, the meter is back within a
+// second.
 constexpr Duration kPause = 50ms;
-constexpr Duration kReminder = 60s;  // between log lines while it is away
-// A frame that is lost when the run ends is waited for so long: the specimen is still loaded.
+constexpr Duration kReminder = 60s;  // between log lines during the absence
+// How long the end of a run waits for a lost frame, because the specimen is still loaded.
 constexpr Duration kFinallyPatience = 5s;
-// More losses than this within a minute are a broken cable, not a lost plug.
+// More losses than this within a minute mean a broken cable, not a pulled plug.
 constexpr std::size_t kLossesAMinute = 4;
-constexpr double kForceTolerance = 0.05;  // of the force window, at rest at the same travel
+constexpr double kForceTolerance = 0.05;  // of the force window, for a frame at rest at the same
+                                          // travel
 
 bool is_absent(Errc code) {
   return code == Errc::disconnected || code == Errc::no_reply || code == Errc::reply_cut_off ||
@@ -33,7 +35,7 @@ bool is_absent(Errc code) {
 }  // namespace
 
 void Losses::lose_meter(Error error) {
-  // `finally` unloads without readings; a step of it that needs the meter fails by itself.
+  // `finally` unloads without readings. A step of it that needs the meter fails by itself.
   lose(meter_, last_reading_, std::move(error));
 }
 
@@ -43,7 +45,7 @@ void Losses::lose_frame(Error error) {
   if (!memory_at_loss_) {
     memory_at_loss_ = run_.view.memory();
     memory_at_loss_->origin = run_.setup.frame.origin();
-    // The samples of a gateway that tells no times tell no speed.
+    // Samples without device times give no speed.
     if (run_.motions.in_motion()) memory_at_loss_->begun_m_s = run_.motions.last_speed_m_s();
   }
   lose(frame_, run_.view.last_sample(), std::move(error));
@@ -64,7 +66,7 @@ void Losses::tell(const std::optional<Away>& away, const Error* lost) const {
   if (run_.setup.on_loss) run_.setup.on_loss(which(away), lost);
 }
 
-// If this program itself did not run meanwhile they are not late by the gateway's fault.
+// Old samples are not the gateway's fault if this program itself was suspended.
 void Losses::judge_age(std::span<const FrameSample> samples) {
   const MonoTime now = run_.setup.clock.now();
   const auto finding = sample_clock_.add(samples);
@@ -109,7 +111,7 @@ bool Losses::keeps_vanishing() {
   return losses_.size() > kLossesAMinute;
 }
 
-// Whether to go on at all; the reason if not.
+// The reason to give up; nullopt: wait for the instrument.
 std::optional<InterruptRequest> Losses::give_up() {
   const bool finishing = run_.interrupts.finishing();
   const bool shaky = keeps_vanishing();
@@ -142,7 +144,7 @@ Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
     progress.begin_again(run_);
     run_.event(EventKind::repeat, "the step begins anew");
   }
-  if (memory_at_loss_) {  // the frame was lost: it left force control
+  if (memory_at_loss_) {  // the frame was lost, and so left force control
     memory_at_loss_.reset();
     auto held = co_await run_.drive.restore_hold();
     if (!held) stop = InterruptRequest(Interrupt::fault, held.error());
@@ -175,7 +177,7 @@ Task<std::optional<InterruptRequest>> Losses::wait_for_return(Duration patience)
   co_return stop;
 }
 
-// Ends when both are back, or with the reason why it is no use to wait.
+// Returns when both instruments are back, or with the reason why waiting is useless.
 Task<Result<>> Losses::bring_back() {
   for (;;) {
     if (frame_) {
@@ -194,7 +196,7 @@ Task<Result<>> Losses::bring_back() {
 void Losses::note_attempt(std::optional<Away>& of, const Error& error) {
   Away& away = *of;
   ++away.attempts;
-  // Another instrument on this port is worth a row, once.
+  // Another instrument on this port is reported once, as an event.
   if (error.code == Errc::refused && away.last != error.what) {
     run_.event(EventKind::refused, error.what);
     tell(of, &error);
@@ -210,7 +212,7 @@ void Losses::note_attempt(std::optional<Away>& of, const Error& error) {
 
 Task<Result<>> Losses::try_meter() {
   if (run_.sampler.is_running()) {
-    run_.sampler.interrupt();  // a silent meter keeps an exchange waiting
+    run_.sampler.interrupt();  // a silent meter would keep its exchange waiting
   }
   auto back = co_await run_.sampler.reconnect();
   if (back) {
@@ -226,7 +228,7 @@ Task<Result<>> Losses::try_meter() {
 Task<Result<>> Losses::try_frame() {
   auto identity = co_await run_.setup.frame.reconnect();
   if (!identity && identity.error().code == Errc::invalid_request) co_return fail(frame_->why);
-  // Another machine, or this one with other abilities: it is no use to wait.
+  // Another machine, or this one with other capabilities: waiting is useless.
   if (!identity && identity.error().code == Errc::refused) {
     note_attempt(frame_, identity.error());
     if (run_.setup.moves()) run_.drive.keep_hands_off(identity.error().what, Errc::refused);
@@ -243,8 +245,8 @@ Task<Result<>> Losses::try_frame() {
   co_return Result<>();
 }
 
-// Brings the frame back into the run: it stands, obeys, is armed again, sends samples, and is where
-// it was. A frame with another zero, or at another place, is stopped and heard, no more.
+// Brings the frame back into the run: it stands, obeys, is armed, sends samples, and is where it
+// was. A frame with another zero or at another place is only stopped and listened to.
 Task<Result<>> Losses::rejoin_frame() {
   if (run_.setup.commands) {
     auto stopped = co_await run_.drive.stop_silently();
@@ -254,7 +256,7 @@ Task<Result<>> Losses::rejoin_frame() {
   run_.view.forget(memory_at_loss_ && memory_at_loss_->zeroed);
   Result<> same;
   if (memory_at_loss_) same = compare_origin(run_, *memory_at_loss_);
-  if (!same) run_.distrust.distrust_force();  // what it shows is no reason to trip a limit
+  if (!same) run_.distrust.distrust_force();  // then its force must not trip a limit
   Result<> armed;
   if (same && !run_.drive.hands_off()) {
     armed = co_await run_.drive.take_command();
@@ -308,7 +310,7 @@ Result<> compare_origin(RunParts& run, const FrameMemory& before) {
 }
 
 Result<> compare_place(RunParts& run, const FrameMemory& before) {
-  if (!run.setup.moves()) return {};  // a frame that others drive may be anywhere
+  if (!run.setup.moves()) return {};  // other users may have moved it anywhere
   FrameTolerance allowed;
   allowed.force_N = kForceTolerance * (run.setup.limits.force_max_N - run.setup.limits.force_min_N);
   allowed.deceleration = run.setup.frame.capabilities().deceleration;

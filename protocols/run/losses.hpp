@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brings a run through the loss of an instrument. The frame holds its travel, or goes on holding
-// the force if only the meter is away; the guard stays active; a stop acts at any time. `Run` owns
-// it.
+// the force if only the meter is lost. The guard stays active, and a stop acts at any time. Owned
+// by `Run`.
 #pragma once
 
 #include <cstdint>
@@ -24,34 +24,35 @@ class Losses {
   void lose_meter(Error error);
   void lose_frame(Error error);
   void meter_answered(MonoTime t) { last_reading_ = t; }
-  // Samples that are old say nothing of what happens now: a motion that nobody can watch is
-  // stopped.
+  // Stops a motion whose samples arrive too late, because nobody can watch it.
   void judge_age(std::span<const FrameSample> samples);
-  // Instruments that are there but say nothing are as lost as those that are not there.
+  // Notices instruments that are connected but silent, and treats them as lost.
   void look();
 
   bool is_away() const { return meter_ || frame_; }
   bool meter_away() const { return meter_.has_value(); }
-  const Error* frame_away() const { return frame_ ? &frame_->why : nullptr; }  // why; nullptr: no
-  // The step failed because its instrument vanished, which is no failure of the step.
+  // The reason of the loss; nullptr: the frame is there.
+  const Error* frame_away() const { return frame_ ? &frame_->why : nullptr; }
+  // True when the step failed because its instrument vanished. Then the step itself is not at
+  // fault.
   bool is_of_loss(const Step& step, const Error& error) const;
 
-  // nullopt: it is back, and the step goes on (`wait`) or begins anew (`repeat_step`).
+  // nullopt: the instrument is back, and the step goes on (`wait`) or begins again (`repeat_step`).
   Task<std::optional<InterruptRequest>> survive(StepProgress& progress);
-  // Somebody asked for a pause while an instrument was away.
+  // Whether somebody asked for a pause while an instrument was lost.
   bool take_pause() { return std::exchange(pause_wanted_, false); }
-  // The run ends and its frame is not there: `finally` needs it.
+  // Waits for a lost frame at the end of the run, because `finally` needs it.
   Task<> bring_frame_back();
 
  private:
-  // An instrument that vanished.
+  // An instrument that is lost.
   struct Away {
     Away(Error e, MonoTime t, MonoTime d) : why(std::move(e)), since(t), reported(t), data(d) {}
     Error why;
     MonoTime since, reported;
-    MonoTime data;  // of its last reading or sample
+    MonoTime data;  // time of its last reading or sample
     std::int64_t attempts = 0;
-    std::string last;  // what the last attempt said
+    std::string last;  // error of the last attempt
   };
 
   void lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error);
@@ -72,18 +73,18 @@ class Losses {
 
   RunParts& run_;
   std::optional<Away> meter_, frame_;
-  std::optional<FrameMemory> memory_at_loss_;  // of the frame
+  std::optional<FrameMemory> memory_at_loss_;  // the frame's state before the loss
   std::optional<MonoTime> last_reading_;
-  std::vector<MonoTime> losses_;  // of the last minute
+  std::vector<MonoTime> losses_;  // in the last minute
   std::size_t losses_in_finally_ = 0;
   bool pause_wanted_ = false;
   SampleClock sample_clock_;
   MonoTime age_told_{};
 };
 
-// A frame that comes back, after a loss or in a later run, must be the one that was left. Errors:
-// refused, with what differs; nothing may be moved then.
-Result<> compare_origin(RunParts& run, const FrameMemory& before);  // before it is armed
-Result<> compare_place(RunParts& run, const FrameMemory& before);  // with its samples
+// Compare a frame that comes back, after a loss or in a later run, with the one that was left.
+// Errors: refused, saying what differs; then nothing may be moved.
+Result<> compare_origin(RunParts& run, const FrameMemory& before);  // before the frame is armed
+Result<> compare_place(RunParts& run, const FrameMemory& before);  // once it sends samples
 
 }  // namespace lcrig

@@ -13,27 +13,28 @@ namespace lcrig {
 
 namespace {
 
-// Everything but `target` keeps the protocol from going on.
+// Turns every end other than `target` into an error, which stops the protocol.
 Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) {
-  const std::string& detail = outcome.detail;
+  // The device's own words.
+  const std::string said = outcome.detail.empty() ? "" : ": " + outcome.detail;
   switch (outcome.reason) {
     case MotionEnd::target: return outcome;
     case MotionEnd::force_limit:
-      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit {}", step,
-                  detail);
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit{}", step,
+                  said);
     case MotionEnd::travel_limit:
-      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit {}", step,
-                  detail);
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit{}", step,
+                  said);
     case MotionEnd::stopped:
-      return fail(Errc::aborted, "step {}: the frame was stopped at the machine {}", step, detail);
+      return fail(Errc::aborted, "step {}: the frame was stopped at the machine{}", step, said);
     case MotionEnd::fault: break;
   }
-  return fail(Errc::refused, "step {}: the frame reports a fault {}", step, detail);
+  return fail(Errc::refused, "step {}: the frame reports a fault{}", step, said);
 }
 
 }  // namespace
 
-// The motion within its time; anything but `target` is an error. Writes the motion's event.
+// Runs the motion with a time-out and writes its event. Every end other than `target` is an error.
 Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
                                            Task<Result<MotionOutcome>> motion, double timeout_s) {
   if (auto may = drive_.may_move(); !may) co_return fail(may.error());
@@ -49,7 +50,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   }
   auto& outcome = std::get<0>(r);
   if (!outcome) {
-    truth_.look_away();  // whether it moves now, nobody knows
+    truth_.look_away();  // nobody knows whether it moves now
     co_return fail(outcome.error());
   }
   log_.event(ended_event<EventKind::motion>(*outcome));
@@ -71,7 +72,7 @@ void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
   }
 }
 
-// Arms, moves, and compares what was felt with what was predicted.
+// Arms the frame, moves, and compares the felt force with the predicted one.
 Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
                                              Task<Result<MotionOutcome>> motion, double timeout_s) {
   auto ready = co_await ready_for(permit);
@@ -93,7 +94,7 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
                  log_.step_id(), seen->observed_N, guard_.force_max_N());
 }
 
-// A motion that presses needs a cell that was seen to scatter.
+// A motion that presses needs a cell that was seen to be alive.
 Task<Result<>> Motions::ready_for(const Permit& permit) {
   if (permit.presses && truth_.needs_look()) {
     auto rest = co_await view_.living_rest();
@@ -108,8 +109,8 @@ Pressing::State Motions::pressing_state() const {
   now.limits = guard_.limits();
   now.force_max_N = guard_.force_max_N();
   now.noise_N = truth_.noise_N();
-  // A force within the noise counts as none, as in the plan. Else a speed that the plan accepted
-  // would be refused here.
+  // As in the plan, a force within the noise counts as zero. Otherwise a speed that the plan
+  // accepted could be refused here.
   const double rest_N = truth_.rest_N();
   now.rest_N = std::abs(rest_N) > kNoiseSigmas * now.noise_N ? rest_N : 0;
   now.travel_m = view_.travel_m();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries out one motion of the frame: judges whether it may begin, sets what the device watches
-// meanwhile, and checks that it ended where it was told to. Steps move the frame through this and
-// through nothing else.
+// Carries out one motion of the frame: judges whether it may begin, sets the limits that the device
+// watches meanwhile, and checks that it ended at its target. Steps move the frame only through it.
 #pragma once
 
 #include <optional>
@@ -19,7 +18,7 @@ namespace lcrig {
 
 class Motions {
  public:
-  // All outlive it. `pressing`: nullptr for a frame that cannot move.
+  // All must outlive it. `pressing`: nullptr for a frame that cannot move.
   Motions(const RunSetup& setup, const EventLog& log, Guard& guard, Pressing* pressing,
           FrameView& view, FrameTruth& truth, const ContactPlace& contact, FrameDrive& drive)
       : setup_(setup),
@@ -32,13 +31,13 @@ class Motions {
         drive_(drive) {}
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
-  // limit_tripped, aborted, refused (also: the frame shows that it is not where it says).
+  // limit_tripped, aborted, refused (also when the frame is not where it reports to be).
   Task<Result<>> to_travel(double travel_m, double speed_m_s, double timeout_s);
-  // Towards the specimen when the force has to grow, away from it otherwise.
+  // Moves towards the specimen if the force has to grow, otherwise away from it.
   Task<Result<>> to_force(double force_N, double speed_m_s, double timeout_s);
   Task<Result<>> ramp_to_force(double force_N, double rate_N_s, double timeout_s);
-  // A search for a force: stands at this travel at the latest, and stops at a force that falls so
-  // far.
+  // Bounds of a search for a force: it stops at this travel at the latest, and when the force falls
+  // to `least_N`.
   struct Search {
     Search(double end, double least) : end_m(end), least_N(least) {}
     double end_m, least_N;
@@ -47,7 +46,7 @@ class Motions {
                                           std::optional<Search> search);
 
   bool in_motion() const { return in_motion_; }
-  double last_speed_m_s() const { return last_speed_m_s_; }  // of the last one that was asked
+  double last_speed_m_s() const { return last_speed_m_s_; }  // of the last requested motion
 
  private:
   using Permit = Pressing::Permit;
@@ -59,7 +58,7 @@ class Motions {
   Task<Result<MotionOutcome>> timed(const MotionOrder& order, Task<Result<MotionOutcome>> motion,
                                     double timeout_s);
   void see_end(const MotionOrder& order, const MotionOutcome& outcome);
-  tl::unexpected<Error> refused(const Error& error) const;  // with the step that it was refused to
+  tl::unexpected<Error> refused(const Error& error) const;  // names the refused step
 
   const RunSetup& setup_;
   const EventLog& log_;

@@ -11,7 +11,7 @@ PlannedStops::Walk::Walk(PlannedStops& stops, const StepCursor& cursor, bool con
     : stops_(stops) {
   stops.cursor_ = &cursor;
   stops.step_ = nullptr;
-  // The steps before the interruption may have been the motion of a level.
+  // The steps before the interruption may have contained the motion of a level.
   stops.level_begun_ = continues;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads the last `state` event of an interrupted run (events/payloads.hpp) and finds the step to
-// begin at. daemon/continuation and TakeOver use it.
+// continue at. Used by daemon/continuation and TakeOver.
 #pragma once
 
 #include <cstdint>
@@ -24,28 +24,27 @@ struct StoredAnswer {
   AnswerEvent answer;
 };
 
-// A run that was interrupted, to be continued by another one.
+// An interrupted run that another run continues.
 struct Continuation {
-  std::int64_t run = 0;  // the interrupted one
-  std::string step_id;  // where it was
+  std::int64_t run = 0;  // its number
+  std::string step_id;  // the step that was interrupted
   RunPoint point;
   FrameMemory frame;  // at its last sample
-  std::vector<StoredAnswer> answers;  // to its questions, in the order in which they were asked
-  bool confirmed = false;  // a person has said that the specimen was not touched
+  std::vector<StoredAnswer> answers;  // answers to its questions, in the order of asking
+  bool confirmed = false;  // a person said that nobody touched the specimen
 };
 
-// The leaf step after `steps_done` others; nullptr when there are not so many. It points into
-// `protocol`.
+// The leaf step after `steps_done` others, within `protocol`; nullptr: there are not so many.
 const Step* step_at(const Protocol& protocol, Environment environment, std::int64_t steps_done);
 
-// Refuses a frame whose zero is another one (LoadFrame::origin) than in the interrupted run: its
-// samples mean nothing then. A run that died before it could store its zero is refused, too,
-// because somebody else may have set one since. Errors: frame_fault.
+// Refuses a frame whose zero (LoadFrame::origin) differs from that of the interrupted run, because
+// its samples would mean something else. Also refuses a run that died before it could store its
+// zero: somebody else may have set one since. Errors: frame_fault.
 Result<> compare_with_now(const Continuation& from, const Protocol& protocol,
                           const Environment& environment, const std::optional<std::string>& origin);
 
-// The step to begin at: the interrupted one, or, because a rod does not know what lies on it, the
-// `place_weight` before it.
+// The step to continue at: the interrupted one, or the `place_weight` before it, because a rod does
+// not know which weights lie on it.
 std::int64_t first_step_of(const Protocol& protocol, Environment environment,
                            std::int64_t steps_done);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a run stands, as people see it. The run and its steps say it here, and nobody else writes
-// it.
+// The state and progress of a run that people see. Only the run and its steps write it.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +19,13 @@ class ProgressKeeper {
   RunState state() const { return progress_.state; }
   std::int64_t steps_done() const { return progress_.steps_done; }
 
-  void enter(RunState state) { progress_.state = state; }  // the next phase of the run
+  void enter(RunState state) { progress_.state = state; }  // next phase of the run
   void enter_repeat(std::int64_t repeat, std::int64_t repeats);
   void enter_step(const Step& step);
-  void count_step() { ++progress_.steps_done; }  // one more is done
+  void count_step() { ++progress_.steps_done; }  // one more step is done
 
-  // A state that lasts as long as this object, also when the coroutine in it is cancelled. Then
-  // the state before it comes back.
+  // Sets a state while this object lives, and then restores the previous one, even if the coroutine
+  // is cancelled.
   class During {
    public:
     During(ProgressKeeper& keeper, RunState state)

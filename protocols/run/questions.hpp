@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The question of a run that waits for a person, and its answer: the first that fits. The step
-// `ask` opens it; people answer over the control socket, or a simulated person does.
+// The question of a run that waits for a person, and its answer: the first one that fits. The step
+// `ask` opens the question. People answer over the control socket, or a simulated person does.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -13,7 +13,7 @@
 
 namespace lcrig {
 
-// Answers in the place of a person, after as long as a person takes.
+// Answers instead of a person, after a time that a person would need.
 class Respondent {
  public:
   virtual ~Respondent() = default;
@@ -23,11 +23,11 @@ class Respondent {
 
 class Questions {
  public:
-  // `log` outlives it.
+  // `log` must outlive it.
   Questions(asio::any_io_executor executor, const EventLog& log)
       : log_(log), answers_(executor, 1) {}
 
-  // A question waits as long as this lives, or until it is answered.
+  // Keeps a question open while it lives, or until it is answered.
   class Wait {
    public:
     Wait(Questions& questions, Question question, std::int64_t repeat, MonoTime until);
@@ -40,31 +40,30 @@ class Questions {
   };
 
   const std::optional<OpenQuestion>& open() const { return open_; }
-  // From the io thread, at any time; `number` names the question that is meant. The event row of
-  // the answer is queued when this returns. Errors: invalid_request, and nothing is changed.
+  // Call from the io thread, at any time. `number` says which question is meant. The event of the
+  // answer is queued on return. Errors: invalid_request, and nothing is changed.
   Result<Answered> answer(const AnswerValue& given, std::string by,
                           std::optional<std::int64_t> number);
-  // Takes an answer that no person gave: a default, or that of a simulated person.
+  // Takes an answer from a default or a simulated person.
   void accept(const GivenAnswer& answer);
-  // Its time is over: it waits on, or nobody can answer any more, and why.
+  // Its time-out has passed: wait_on keeps it open; withdraw closes it, with the reason.
   void wait_on();
   void withdraw(std::string why);
 
   Task<> answered();  // returns when the open question was answered
-  bool take();  // it was, and nobody has taken notice yet
+  bool take();  // true once after an answer
 
  private:
   const EventLog& log_;
   asio::experimental::channel<void(boost::system::error_code)> answers_;
   std::optional<OpenQuestion> open_;
-  std::int64_t asked_ = 0;  // questions so far
-  std::int64_t repeat_ = 0;  // of the outermost loop around the open one
+  std::int64_t asked_ = 0;  // number of questions so far
+  std::int64_t repeat_ = 0;  // pass of the outermost loop around the open question
   bool answered_ = false;
-  std::string last_;  // what became of the last question, in words
+  std::string last_;  // the end of the last question in words
 };
 
-// The row that an answer is stored in. `repeat`: of the outermost loop around the question; 0:
-// none.
+// The row of an answer. `repeat`: the pass of the outermost loop around the question; 0: none.
 AnswerEvent answer_event(const Question& question, const GivenAnswer& answer, std::int64_t repeat);
 
 }  // namespace lcrig

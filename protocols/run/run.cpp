@@ -12,10 +12,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Between two looks; no slewing of a clock is that fast.
+// Between two looks. No slewing changes a clock that fast.
 constexpr Duration kWallClockStep = 500ms;
 
-// `progress`: of `new_progress` for this step.
+// `progress` was made by `new_progress` for this step.
 Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progress) {
   run.labels.aim(facts_of(step));
   auto task = std::visit(
@@ -69,7 +69,7 @@ Sampler::Hooks Run::sampler_hooks() {
   return hooks;
 }
 
-// A repeated value is no reading: it is not stored, but that it repeats is told once.
+// A repeated value is not stored. An event reports the first of several repeats.
 void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
   if (reading.fresh) {
     setup_.sink.reading(reading, tag);
@@ -87,7 +87,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   losses_.judge_age(samples);
   for (const FrameSample& s : samples) {
     if (parts_.drive.prepared()) parts_.distrust.judge(s);
-    // Samples from before the first motion are judged by look_at_rest, with advice.
+    // look_at_rest judges the samples before the first motion, and gives advice.
     const bool judged = parts_.drive.prepared() || !setup_.moves();
     if (auto why = parts_.guard.check(s); why && !parts_.interrupts.stop_pending() && judged) {
       parts_.log.event(EventKind::limit, *why);
@@ -99,7 +99,8 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 void Run::on_frame_event(EventName kind, std::string detail) {
   parts_.log.event(kind, detail);
   parts_.distrust.heed(kind, detail);
-  // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
+  // The gateway heard nothing from us, so it has stopped, left force control and forgotten the
+  // limits.
   if (kind != EventKind::device_watchdog) return;
   losses_.lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
 }
@@ -108,7 +109,7 @@ Task<RunResult> Run::execute() {
   pace_.begin_run();
   setup_.frame.set_listener(this);
   std::optional<InterruptRequest> stop;
-  // A stop does not wait until the preparation is done.
+  // A stop must not wait for the end of the preparation.
   auto r = co_await either(prepare(), parts_.interrupts.wait_for_stop());
   if (r.index() == 1) {
     parts_.drive.set_prepared(false);
@@ -134,7 +135,7 @@ Task<Result<>> Run::prepare() {
   }
   auto armed = co_await parts_.drive.take_command();
   if (!armed || !moves) co_return armed;
-  // The first step must know where the frame stands.
+  // The first step needs to know where the frame stands.
   auto heard = co_await parts_.view.await_samples(parts_.needs_force());
   if (!heard) co_return heard;
   auto rest = co_await look_at_rest();
@@ -142,7 +143,7 @@ Task<Result<>> Run::prepare() {
   co_return rest;
 }
 
-// Before anything moves: whether the frame stands, and where.
+// Before anything moves, checks that the frame stands, and where.
 Task<Result<>> Run::look_at_rest() {
   auto rest = co_await parts_.view.watch_rest(FrameView::kRestTime);
   if (!rest) co_return fail(rest.error());
@@ -152,7 +153,7 @@ Task<Result<>> Run::look_at_rest() {
   }
   const BoundLimits& limits = parts_.guard.limits();
   const double force_N = rest->force_N();
-  if (setup_.continues) {  // its specimen may be loaded
+  if (setup_.continues) {  // the specimen of a continued run may be loaded
     parts_.truth.learn_scatter(*rest);
   } else if (force_N < limits.force_min_N || force_N > limits.force_max_N) {
     co_return fail(
@@ -170,14 +171,14 @@ Task<Result<>> Run::look_at_rest() {
   co_return Result<>();
 }
 
-// Looks for things that no event tells. Called while a step runs, or a person or an instrument is
-// waited for.
+// Notices conditions that cause no event. Called during steps, and while the run waits for a person
+// or an instrument.
 void Run::look_around() {
   watch_wall_clock();
   losses_.look();
 }
 
-// Times of a run come from the monotonic clock; that the wall clock was set is worth a row.
+// Times of a run come from the monotonic clock. A change of the wall clock is recorded as an event.
 void Run::watch_wall_clock() {
   const Duration offset(setup_.clock.unix_ns() - setup_.clock.now().time_since_epoch().count());
   const Duration step = offset - wall_offset_.value_or(offset);
@@ -228,8 +229,8 @@ Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
   co_return stop;
 }
 
-// The stop or pause that is due here: the part that had to be finished is finished, and another
-// step would follow. A pause takes effect in that step, before it does anything.
+// The planned stop or pause that is due before the next step. A pause takes effect in that step,
+// before it does anything.
 std::optional<InterruptRequest> Run::take_planned_stop() {
   if (parts_.interrupts.finishing()) return std::nullopt;
   using Kind = PlannedStops::Kind;
@@ -260,7 +261,7 @@ void Run::begin_step(const Step& step) {
   parts_.log.begin_step(step);
   parts_.progress.enter_step(step);
   pace_.begin_step(step.id);
-  // First, so that a crash right after `step_begin` finds it.
+  // Written before `step_begin`, so that a crash right after it finds the state.
   if (!parts_.interrupts.finishing()) parts_.log.event(parts_.point());
   parts_.log.event(EventKind::step_begin, std::string(kind_of(step)));
   if (setup_.on_step) setup_.on_step(progress());
@@ -283,7 +284,8 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
         if (!done && losses_.is_of_loss(step, result.error())) request->kind = Interrupt::loss;
       }
     }
-    // Also one that came in the instant in which the step ended; a loss is then of the next one.
+    // Includes a request that came in the instant when the step ended. A loss at that instant
+    // belongs to the next step.
     const bool waits =
         !parts_.interrupts.empty() && !(done && parts_.interrupts.next().kind == Interrupt::loss);
     if (!request && waits) request = parts_.interrupts.take();
@@ -303,14 +305,14 @@ Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request,
     stop = co_await stay_paused(progress);
   } else if (request.kind != Interrupt::loss) {
     stop = std::move(request);
-  } else if (losses_.is_away()) {  // else it came back before anybody looked
+  } else if (losses_.is_away()) {  // else the instrument is back already
     stop = co_await losses_.survive(progress);
     if (!stop && losses_.take_pause()) stop = co_await stay_paused(progress);
   }
   co_return stop;
 }
 
-// Holds travel and keeps recording until somebody resumes or stops the run.
+// Holds travel and goes on recording until somebody resumes or stops the run.
 Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   progress.interrupt(setup_.clock.now());
   std::optional<ProgressKeeper::During> paused(std::in_place, parts_.progress, RunState::paused);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Executes a protocol on two instruments: the loop over its steps, and what interrupts it. What the
-// steps do, how a loss is survived and how a run ends are parts of their own. The daemon's session
-// owns a run.
+// Executes a protocol on two instruments: the loop over its steps, and its interrupts. The actions
+// of steps, the recovery from a loss and the end of a run are parts of their own. The daemon's
+// session owns a run.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -24,24 +24,23 @@ class Run final : private LoadFrame::Listener {
   Run(asio::any_io_executor executor, RunSetup setup);
   ~Run() override;
 
-  // Runs everything including `finally`. Never cancelled from outside: interrupts are events.
+  // Runs everything including `finally`. Never cancel it; interrupt it instead.
   Task<RunResult> execute();
 
-  // From the io thread, at any time. An interrupt acts within a step and is never queued behind
-  // one.
+  // From the io thread, at any time. An interrupt acts within a step, without waiting for its end.
   using Taken = InterruptQueue::Taken;
   Taken interrupt(InterruptRequest request) { return parts_.interrupts.ask(std::move(request)); }
   // Its steps are over, or a stop is about to end them.
   bool is_ending() const {
     return parts_.interrupts.finishing() || parts_.interrupts.stop_pending();
   }
-  // false: not paused
+  // false: it is not paused
   bool resume() {
     return parts_.progress.state() == RunState::paused && parts_.interrupts.resume();
   }
-  // From the io thread: a stop or a pause at the end of what is under way. Errors: invalid_request.
+  // From the io thread: requests a stop or a pause at the end of a part. Errors: invalid_request.
   Result<PlannedStops::Asked> ask_at(PlannedStops::Kind kind, StopPlace place, std::string why);
-  // From the io thread: what a person says to the question that waits. Errors: invalid_request.
+  // From the io thread: a person's answer to the open question. Errors: invalid_request.
   Result<Answered> answer(const AnswerValue& given, std::string by,
                           std::optional<std::int64_t> number) {
     return parts_.questions.answer(given, std::move(by), number);
@@ -52,7 +51,7 @@ class Run final : private LoadFrame::Listener {
   bool commands() const { return setup_.commands; }
   RunProgress progress() const;  // as of now
   std::optional<double> contact_travel_m() const { return parts_.contact.travel_m(); }
-  // For the watchdog: grow while the runner, and the sampler, are alive.
+  // For the watchdog: counters that grow while the runner and the sampler are alive.
   std::uint64_t beats() const { return parts_.interrupts.ticks(); }
   const Sampler& sampler() const { return parts_.sampler; }
 
@@ -84,7 +83,7 @@ class Run final : private LoadFrame::Listener {
   Finish finish_;
   Pace pace_;
   std::optional<Duration> wall_offset_;  // wall clock minus the run's clock, at the last look
-  bool repeating_ = false;  // the meter's last answer was the one before
+  bool repeating_ = false;  // the meter's last answer repeated the one before
 };
 
 }  // namespace lcrig

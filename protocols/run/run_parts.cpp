@@ -8,8 +8,8 @@ namespace lcrig {
 
 namespace {
 
-// Silence of the sample stream that stops a moving frame: three periods, but never less than two
-// batches of the link (100 ms each) and their jitter.
+// A moving frame is stopped when samples are missing for three periods, but at least for two
+// batches of the link (100 ms each) with their jitter.
 Duration stale_after(double rate_Hz) {
   return std::max<Duration>(from_seconds(3.0 / rate_Hz), std::chrono::milliseconds(500));
 }

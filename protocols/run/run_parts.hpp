@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of one run, wired together: each part knows only those that it uses. Steps, the
-// recovery from a loss, the taking over of another run and the end of a run work with all of them.
+// The parts of one run, wired together. Each part knows only the parts that it uses. Steps, the
+// recovery from a loss, the take-over of another run and the end of a run use all of them.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,11 @@
 namespace lcrig {
 
 struct RunParts {
-  // `look`: see InterruptQueue. `sampled`: who is told of the meter's readings.
+  // `look`: see InterruptQueue. `sampled`: who gets the meter's readings.
   RunParts(asio::any_io_executor executor, RunSetup& s, std::function<void()> look,
            Sampler::Hooks sampled);
 
-  const RunSetup& setup;  // clock, instruments, sink, and the values of the protocol's numbers
+  const RunSetup& setup;  // clock, instruments, sink, and the values of the numbers
   Pressing* const pressing;  // nullptr: the frame cannot move
   ProgressKeeper progress;
   EventLog log;
@@ -54,15 +54,15 @@ struct RunParts {
     log.event(payload);
   }
   double get(const Number& number) const { return setup.environment.get(number); }
-  // True while motions may press: they need a cell that sends a force. The way back needs the
-  // travel only.
+  // True while motions may press, which requires a cell that sends a force. The way back requires
+  // only the travel.
   bool needs_force() const { return setup.moves() && !interrupts.finishing(); }
-  // Where the run stands, to be stored: enough to go on there later.
+  // The state of the run to be stored, from which it can be continued.
   RunPoint point() const;
 };
 
-// Actions of several kinds of steps: a motion to a travel or a gap, and a wait that survives a
-// pause.
+// Actions shared by several kinds of steps: a motion to a travel or gap, and a wait that continues
+// after a pause.
 Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
                              RunParts& run);
 Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress);

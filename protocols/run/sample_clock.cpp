@@ -10,9 +10,9 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kWindow_s = 10;  // a crystal is off by microseconds within it
+constexpr double kWindow_s = 10;  // a crystal clock drifts by microseconds within it
 constexpr double kFrozen_s = 0.5;
-constexpr double kRateError = 0.01;  // no crystal is that bad
+constexpr double kRateError = 0.01;  // worse than any crystal
 
 }  // namespace
 
@@ -23,7 +23,7 @@ SampleClock::Finding SampleClock::add(std::span<const FrameSample> batch) {
   if (!first.device_time_s || !last.device_time_s) return out;
   const double host = to_seconds(last.received.time_since_epoch());
   out.news = judge(host, *last.device_time_s);
-  if (stands_since_s_) return out;  // it tells no ages
+  if (stands_since_s_) return out;  // a clock that stands gives no ages
   if (!has_window_ || host - window_begin_s_ > kWindow_s) {
     quickest_before_s_ = has_window_ ? quickest_s_ : host - *last.device_time_s;
     quickest_s_ = host - *last.device_time_s;
@@ -40,7 +40,7 @@ std::optional<SampleClock::News> SampleClock::judge(double host_s, double device
   const bool moved = !last_device_s_ || device_s != *last_device_s_;
   const bool back = last_device_s_ && device_s < *last_device_s_;
   last_device_s_ = device_s;
-  if (back) {  // the link tells that it jumped
+  if (back) {  // the link reports the jump itself
     first_host_s_.reset();
     has_window_ = false;
   }

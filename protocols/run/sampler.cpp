@@ -19,11 +19,11 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr int kFailuresInARow = 5;
-constexpr Duration kLateness = 20ms;  // a planned reading asked later than this is reported
+constexpr Duration kLateness = 20ms;  // a planned reading taken later than this is reported
 
 }  // namespace
 
-// Gives the meter back when its scope ends, cancelled or not.
+// Releases the meter when its scope ends, even by cancellation.
 class Sampler::Lock {
  public:
   explicit Lock(Sampler& s, bool ends_wait = false) : sampler_(s), ends_wait_(ends_wait) {}
@@ -36,7 +36,7 @@ class Sampler::Lock {
 
  private:
   Sampler& sampler_;
-  bool ends_wait_;  // nobody waits for a reading any more
+  bool ends_wait_;  // afterwards nobody waits for a reading
 };
 
 Sampler::Sampler(asio::any_io_executor executor, Clock& clock, LcrMeter& lcr, LcrSettings settings,
@@ -51,8 +51,8 @@ Sampler::Sampler(asio::any_io_executor executor, Clock& clock, LcrMeter& lcr, Lc
   release();
 }
 
-// Waits in line for the meter. A cancelled wait throws at the next co_await of the cancelled task,
-// which never got the token.
+// Waits for the meter. A cancelled wait throws at the next co_await of the cancelled task, which
+// never got the token.
 Task<> Sampler::acquire() {
   auto r = co_await meter_.async_receive(kAsResult);
   if (std::get<0>(r)) throw boost::system::system_error(std::get<0>(r));
@@ -145,7 +145,7 @@ Task<> Sampler::background() {
         static_cast<void>(lose(reading.error()));
         break;
       }
-      co_await clock_.wait_for(100ms);  // a failing line must not spin
+      co_await clock_.wait_for(100ms);  // do not spin on a failing line
       continue;
     }
     hooks_.taken(*reading, hooks_.tag());
@@ -177,7 +177,7 @@ Task<Result<>> Sampler::take(const Plan& plan, std::int64_t& taken) {
   const Duration period = plan.within / plan.level.planned_readings;
   const MonoTime begin = clock_.now();
   const std::int64_t first = taken;
-  // A retried exchange may eat into the reserve of later ones; beyond this the level has failed.
+  // A repeated exchange may use up time of later ones. Beyond this limit the level has failed.
   const MonoTime limit = begin + plan.within + std::max<Duration>(period, conversion) + 1s;
   while (taken < plan.level.planned_readings) {
     const MonoTime due = begin + period * (taken - first);
@@ -186,7 +186,7 @@ Task<Result<>> Sampler::take(const Plan& plan, std::int64_t& taken) {
       auto late =
           fail(Errc::no_reply, "step {}: only {} of {} readings in {:.1f} s", plan.level.step_id,
                taken, plan.level.planned_readings, to_seconds(clock_.now() - begin));
-      // A meter that is silent by now is lost, not slow.
+      // A meter that is still silent is lost, not slow.
       if (failures_ > 0) co_return lose(std::move(late.value()));
       co_return late;
     }
@@ -200,7 +200,7 @@ Task<Result<>> Sampler::take_one(const Plan& plan, MonoTime due, std::int64_t& t
   const Duration late = clock_.now() - due;
   auto reading = co_await read_once();
   if (!reading) {
-    // A read that was given up says `disconnected`, too.
+    // A cancelled read also reports `disconnected`.
     const auto state = co_await asio::this_coro::cancellation_state;
     if (state.cancelled() != asio::cancellation_type::none) co_return fail(reading.error());
     if (reading.error().code == Errc::disconnected || failures_ >= kFailuresInARow) {

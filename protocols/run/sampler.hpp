@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the meter for a run: continuously in the background while steps run, and as planned in
-// `measure`. One exchange at a time.
+// Reads the meter for a run: continuously in the background while steps run, and at planned times
+// for `measure`. One exchange at a time.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -28,7 +28,7 @@ class Sampler {
           Hooks hooks);
 
   void start(bool continuous);
-  // Ends the background readings after the exchange under way (at once when it takes too long).
+  // Ends the background readings after the current exchange, or at once if that takes too long.
   Task<> stop();
 
   struct Plan {
@@ -36,18 +36,19 @@ class Sampler {
     LoadLevel level;
     Duration within{};
   };
-  // Takes the readings first+1 .. planned_readings of a level at planned instants; `taken` is kept
-  // up to date, so that a cancelled call can go on where it stopped. Errors: why it could not.
+  // Takes the readings first+1 .. planned_readings of a level at planned times. `taken` is always
+  // up to date, so that the call can be repeated after a cancellation. Errors: why it failed.
   Task<Result<>> take(const Plan& plan, std::int64_t& taken);
   Task<Result<>> configure(LcrSettings settings);
-  // One attempt after `lost`; then `start` goes on. Errors as LcrMeter::reconnect.
+  // One attempt after `lost`; `start` then resumes. Errors: as LcrMeter::reconnect.
   Task<Result<>> reconnect();
-  // Somebody has been waiting for a reading for longer than any answer can take.
+  // Words when somebody has waited for a reading longer than any answer can take.
   std::optional<std::string> check_age(MonoTime now) const;
-  // Ends an exchange of the background readings under way.
+  // Ends the current exchange of the background readings.
   void interrupt();
-  bool is_running() const { return running_; }  // in the background
-  // For the watchdog: exchanges so far while one takes longer than any time-out of a driver.
+  bool is_running() const { return running_; }  // whether background readings run
+  // For the watchdog: the number of exchanges so far, when the current one takes longer than any
+  // time-out of a driver.
   std::optional<std::uint64_t> overdue(MonoTime now) const;
   const LcrSettings& settings() const { return settings_; }
 
@@ -71,13 +72,13 @@ class Sampler {
   Token ended_;
   asio::cancellation_signal cancel_;
   bool running_ = false, ending_ = false;
-  int failures_ = 0;  // in a row
+  int failures_ = 0;  // consecutive failures
   std::optional<MonoTime> waiting_;  // since the last good reading, while somebody reads
   bool interrupted_ = false;
-  bool half_set_ = false;  // a configuration was cut off: no reading would mean anything
-  bool after_gap_ = false;  // for the flag of the next reading
+  bool half_set_ = false;  // a configuration was cut off, so readings mean nothing
+  bool after_gap_ = false;  // sets the flag of the next reading
   std::uint64_t exchanges_ = 0;
-  std::optional<MonoTime> exchange_;  // begin of the one under way
+  std::optional<MonoTime> exchange_;  // start of the current exchange
 };
 
 }  // namespace lcrig

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets a flag for as long as a scope lasts, also when the coroutine in it is cancelled. Motions and
-// Distrust use it.
+// Sets a flag while it lives, even if the coroutine is cancelled. Used by Motions and Distrust.
 #pragma once
 
 namespace lcrig {

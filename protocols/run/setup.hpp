@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Input and result of a run. The daemon fills the first and stores the second.
+// Input and result of a run. The daemon fills the input and stores the result.
 #pragma once
 
 #include <cstdint>
@@ -26,12 +26,12 @@ class Respondent;
 struct RunResult {
   ExitStatus exit_status = ExitStatus::fail;
   std::string reason;  // empty on success
-  std::optional<Errc> code;  // why, when it was no success
+  std::optional<Errc> code;  // why it was no success
   double peak_force_N = 0;
-  bool stands = true;  // the frame confirmed it, or was asked for no motion
+  bool stands = true;  // the frame confirmed it, or was never asked to move
 };
 
-// Everything that a reference here names outlives the run.
+// Everything referred to here must outlive the run.
 struct RunSetup {
   RunSetup(Clock& c, LcrMeter& l, LoadFrame& f, RunSink& s, const Protocol& p)
       : clock(c), lcr(l), frame(f), sink(s), protocol(p) {}
@@ -43,32 +43,34 @@ struct RunSetup {
   LoadFrame& frame;  // identified
   RunSink& sink;
   const Protocol& protocol;
-  Environment environment;  // parameters, and the sweep variables of the present step
+  Environment environment;  // parameters, and the sweep variables of the current step
   BoundLimits limits;  // of the protocol
-  // False: the protocol asks nothing of the frame, which belongs to somebody else. It is only
-  // observed, and never stopped.
+  // False: the protocol asks nothing of the frame, which belongs to somebody else. The frame is
+  // only observed, and never stopped.
   bool commands = true;
   double frame_rate_Hz = kFrameRate_Hz;  // of the samples
-  std::optional<Pressing> pressing;  // what bounds the force; of a frame that moves
+  std::optional<Pressing> pressing;  // bounds the force; set for a frame that moves
   std::optional<double> start_gap_m;  // as a person stated it
   std::string plan_json;  // figures and assumptions of the plan, stored with the run
-  // Plans again, with the place of contact known, before anything is pressed. May be empty.
+  // Plans again when the place of contact is known, before anything is pressed. May be empty.
   std::function<Task<Result<>>(double start_travel_m, double contact_travel_m)> check_at_contact;
   LcrSettings lcr_settings;  // as read back
   std::optional<double> probe_area_m2;  // force = pressure times this
-  double gravity_m_s2 = kStandardGravity_m_s2;  // local
+  double gravity_m_s2 = kStandardGravity_m_s2;  // at the place of the rig
   PlannedTimes planned;  // for the progress that people see
   std::int64_t run = 0;
   std::string specimen;
-  // `record until confirmed` waits for this.
+  // The person whose confirmation `record until confirmed` waits for.
   Operator* person = nullptr;
-  Respondent* respondent = nullptr;  // answers questions; nullptr: people do, at the socket
-  // Begin there, after a person confirmed the specimen, instead of at the first step.
+  Respondent* respondent = nullptr;  // answers questions; nullptr: people answer through the socket
+  // The run to continue, after a person confirmed the specimen, instead of beginning at the first
+  // step.
   std::optional<Continuation> continues;
-  std::function<void(const RunProgress&)> on_step;  // told when a step begins; may be empty
-  // Told when an instrument is lost, with the reason, and when it is back (nullptr); may be empty.
+  std::function<void(const RunProgress&)> on_step;  // called when a step begins; may be empty
+  // Called when an instrument is lost, with the reason, and when it is back (nullptr); may be
+  // empty.
   std::function<void(Instrument, const Error* lost)> on_loss;
-  std::function<void()> on_stop;  // told when `Run::stands` or `failed_stops` grew; may be empty
+  std::function<void()> on_stop;  // called when `Run::stands` or `failed_stops` grew; may be empty
 };
 
 }  // namespace lcrig

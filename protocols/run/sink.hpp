@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Output of a run: rows to store and a status to show. The recorder implements the sink.
+// Output of a run: rows to store and a status to show. The recorder implements RunSink.
 #pragma once
 
 #include <cstdint>
@@ -21,21 +21,21 @@ namespace lcrig {
 struct ReadingTag {
   std::string step_id;
   std::int64_t repeat = 0;
-  std::int64_t level = 0;  // 0: not one of a `measure` step
-  std::int64_t index = 0;  // within the level, from 1; 0 for a repeated (not fresh) value
-  std::optional<MonoTime> planned;  // the instant at which it was due
+  std::int64_t level = 0;  // 0: not part of a `measure` step
+  std::int64_t index = 0;  // within the level, from 1; 0: a repeated (not fresh) value
+  std::optional<MonoTime> planned;  // when it was due
 };
 
 class RunSink {
  public:
   virtual ~RunSink() = default;
-  // Queue a row. They never block; a sink that cannot take any more reports it through `fault`.
+  // Queue a row and never block. A sink that can take no more rows reports this through its `fault`
+  // hook.
   virtual void reading(const LcrReading& reading, const ReadingTag& tag) = 0;
   virtual void samples(std::span<const FrameSample> samples) = 0;
   virtual void level(const LoadLevel& level) = 0;
   virtual void event(const RunEvent& event) = 0;
-  // Returns when everything queued before is committed; the error that made it impossible
-  // otherwise.
+  // Returns when everything queued so far is committed, or with the error that prevented it.
   virtual Task<Result<>> flush() = 0;
 };
 
@@ -57,7 +57,7 @@ inline constexpr EnumWords<7> kWordsOf<RunState>{
     "preparing", "running", "paused", "waiting_for_operator", "waiting_for_instrument",
     "finishing", "ended"};
 
-// Where a run stands. Only the runner writes it.
+// The progress of a run. Only the runner writes it.
 struct RunProgress {
   std::int64_t run = 0;
   std::string protocol, specimen;
@@ -65,27 +65,26 @@ struct RunProgress {
   std::string step_id, step_kind;
   std::int64_t repeat = 0, repeats = 0;
   double elapsed_s = 0, planned_s = 0;
-  double left_s = 0;  // planned from now on; stands still while a step takes longer than planned
+  double left_s = 0;  // planned time left; does not fall while a step takes longer than planned
   std::int64_t steps_done = 0;  // leaf steps, in the order of execution
-  // At the end of what it stops or pauses by itself, as somebody asked: "level"; empty: it does
-  // not.
+  // The part at whose end it stops or pauses, on request: "level"; empty: no such request.
   std::string stops_after, pauses_at;
 };
 
-// Figures that the recorder knows: the stored rows of a run, and the newest stored values.
+// Figures from the recorder: the numbers of stored rows, and the newest stored values.
 struct RunRecord {
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
   std::optional<double> capacitance_F, secondary, force_N, travel_m, pressure_Pa;
 };
 
-// Everything a live line, `lcrig status` or a page shows.
+// Everything that a live line, `lcrig status` or a page shows.
 struct RunStatus : RunProgress, RunRecord {
   RunStatus() = default;
   RunStatus(RunProgress progress, RunRecord record)
       : RunProgress(std::move(progress)), RunRecord(record) {}
   bool simulated = false;  // a simulator or a recording stands for at least one instrument
-  std::string prompt;  // what the operator is asked to do
-  std::optional<OpenQuestion> question;  // that waits for an answer; the prompt says it in words
+  std::string prompt;  // what the operator has to do
+  std::optional<OpenQuestion> question;  // the open question, which the prompt puts into words
   std::optional<double> question_left_s;  // until its time-out
   std::optional<double> gap_m;
 };

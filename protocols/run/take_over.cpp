@@ -12,8 +12,8 @@ namespace lcrig {
 
 namespace {
 
-// Speed of the motion that step number `n` (from 0) begins with, m/s; 0: it does not move, or along
-// a force.
+// Speed at which step number `n` (from 0) begins to move, m/s; 0: it does not move, or follows a
+// force.
 double begun_speed(const Protocol& protocol, Environment env, std::int64_t n) {
   StepCursor ahead(protocol.steps, env);
   const Step* step = ahead.next();
@@ -102,8 +102,8 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
   co_return co_await run_.drive.restore_hold();
 }
 
-// A question is not asked twice: the stored answer of a step that is skipped counts for this run,
-// too.
+// Stores the answer of a skipped step for this run as well, so that the question is not asked
+// again.
 void TakeOver::keep_answer(std::size_t which) {
   const Continuation& from = *run_.setup.continues;
   if (which >= from.answers.size()) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Continues an interrupted run in this one, at the step where it stopped, once a person has looked
-// at the specimen and if the frame is still where it was. `Run` uses it before its first step.
+// Continues an interrupted run in this one, at the interrupted step. A person must have looked at
+// the specimen, and the frame must be where it was. Used by `Run` before its first step.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,16 @@ class TakeOver {
  public:
   explicit TakeOver(RunParts& run) : run_(run) {}
 
-  // Asks a person to look, because the specimen may have been touched meanwhile. nullopt: go on.
+  // Asks a person to look at the specimen, because it may have been touched meanwhile. nullopt: go
+  // on.
   Task<std::optional<InterruptRequest>> confirm_specimen();
-  // A person was asked and has not said that the specimen was not touched.
+  // A person was asked, and did not confirm that the specimen is untouched.
   bool unconfirmed() const { return unconfirmed_; }
-  // Walks past the steps that were done, so that targets, settings and control modes are as they
-  // were. Errors: the frame is not where it was, or an instrument does not answer.
+  // Walks through the completed steps, so that targets, settings and control modes are as before.
+  // Errors: the frame is not where it was, or an instrument does not answer.
   Task<Result<>> pass_done_steps(StepCursor& cursor);
-  // Memory of the interrupted step. Only the first call returns it: it is of no use to later steps.
+  // What the interrupted step remembered. Only the first call returns it, because it is of no use
+  // to later steps.
   LeftOff take_left_off() { return std::exchange(left_off_, {}); }
 
  private:
@@ -33,7 +35,7 @@ class TakeOver {
   RunParts& run_;
   bool unconfirmed_ = false;
   LeftOff left_off_;
-  std::size_t asked_ = 0;  // questions of the steps that were passed
+  std::size_t asked_ = 0;  // number of questions in the skipped steps
 };
 
 }  // namespace lcrig

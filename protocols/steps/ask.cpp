@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kTextMax = 1'000, kChoiceMax = 200;  // bytes
 constexpr std::size_t kChoicesMax = 20;
 
-// A number in the unit of the question: what a factor leaves behind the twelfth digit is not meant.
+// A number in the unit of the question, rounded to twelve digits to remove the error of the factor.
 double in_unit(double si, double to_si) {
   return number_from<double>(fmt::format("{:.12g}", si / to_si)).value_or(si / to_si);
 }
@@ -45,7 +45,8 @@ void read_choices(const StepReader& r, AskStep& out) {
   }
 }
 
-// "range_um": [20, 400]; its suffix is the unit in which a person answers. A pure number has none.
+// Finds the range, such as "range_um": [20, 400]. Its suffix is the unit of the answers; a pure
+// number has none.
 std::optional<QuantityField> find_range(const StepReader& r) {
   if (const auto plain = r.json.find("range")) return QuantityField{*plain, "range", Unit()};
   for (const std::string& key : r.json.keys()) {
@@ -85,7 +86,7 @@ void read_range(const StepReader& r, AskStep& out) {
   }
 }
 
-// Checks the default against what the file alone tells; the plan looks at the rest.
+// Checks the default as far as the file alone allows; the plan checks the rest.
 void check_default(const StepReader& r, const AskStep& ask) {
   const bool given = ask.default_number || ask.default_text;
   if (ask.on_timeout == OnTimeout::use_default && !given) {
@@ -114,7 +115,7 @@ AskStep AskStep::parse(const StepReader& r) {
   if (const auto what = r.json.find("on_timeout")) {
     out.on_timeout = what->word<OnTimeout>();
   }
-  if (!type.sound()) {  // nobody knows which of these it has
+  if (!type.sound()) {  // which of these keys it may have is unknown
     for (const std::string& key : r.json.keys()) r.json.has(key);
     return out;
   }
@@ -145,7 +146,7 @@ Question AskStep::question(const std::string& step_id, const Environment& enviro
 
 namespace {
 
-// Checks the values that references give to the range and to the default.
+// Checks the values that the plan's references give to the range and to the default.
 MaybeRefusal unfit(const AskStep& ask, const Question& q, const PlannedRig& rig) {
   if (q.type != AnswerType::number) return std::nullopt;
   if (q.min > q.max) {
@@ -177,8 +178,8 @@ StepPlan AskStep::plan(PlannedRig& rig) const {
 
 namespace {
 
-// A frame that holds a force moves to keep it. Nobody is asked to reach under a probe that may
-// move, so travel is held until the answer.
+// A frame that holds a force moves to keep it. No person should reach under a probe that may move,
+// so the frame holds its travel until the answer.
 Task<Result<>> keep_still(RunParts& run) {
   if (!run.drive.held_force_N()) co_return Result<>();
   co_await run.drive.stop();
@@ -201,7 +202,7 @@ Task<> respond(RunParts& run, Question question, Result<>& said) {
   }
 }
 
-// Acts as the protocol wants for a question that nobody answered in time.
+// Does what the protocol says when nobody answered in time.
 Task<Result<>> after_timeout(const Question& question, double patience_s, bool told,
                              RunParts& run) {
   const std::string why =
@@ -232,7 +233,7 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
   auto answer = respond(run, question, said);
   auto first = co_await either(std::move(answer), clock.wait_until(until));
   static_cast<void>(first);
-  // Also an answer of the instant in which the time was over, or the step interrupted.
+  // Includes an answer at the instant of the time-out or of an interrupt.
   progress.answered = run.questions.take();
   if (progress.answered || !said) co_return said;
   if (clock.now() < until) co_return fail(Errc::aborted, "the question was withdrawn");
@@ -246,7 +247,7 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
 
 Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   if (run.questions.take()) progress.answered = true;
-  if (progress.kept_answer) {  // given to the run that this one continues
+  if (progress.kept_answer) {  // an answer to the run that this one continues
     run.event(*progress.kept_answer);
     progress.kept_answer.reset();
     progress.answered = true;

@@ -15,17 +15,17 @@ struct AskStep {
   std::string text;
   AnswerType type = AnswerType::confirmation;
   std::vector<std::string> choices;
-  std::string unit;  // of a number: suffix of its range; empty: a pure number
-  double to_si = 1;  // ... and its factor
-  std::optional<Number> min, max;  // of a number, SI
+  std::string unit;  // for a number: suffix of its range; empty: a pure number
+  double to_si = 1;  // factor of that suffix
+  std::optional<Number> min, max;  // for a number, SI
   std::optional<Number> default_number;  // SI
-  std::optional<std::string> default_text;  // of a choice or a line
+  std::optional<std::string> default_text;  // for a choice or a line
   Number timeout;  // s
   OnTimeout on_timeout = OnTimeout::abort;
 
   struct Progress : WaitProgress {
-    bool answered = false;  // also when the step begins anew: nobody is asked twice
-    std::optional<AnswerEvent> kept_answer;  // of the run that this one continues
+    bool answered = false;  // survives an interrupt, so that nobody is asked twice
+    std::optional<AnswerEvent> kept_answer;  // from the run that this one continues
     void go_on_from(const LeftOff& before) override { kept_answer = before.answer; }
   };
   static AskStep parse(const StepReader& r);
@@ -33,7 +33,7 @@ struct AskStep {
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;
 
-  // With the numbers that the references stand for now.
+  // The question with the present values of its references.
   Question question(const std::string& step_id, const Environment& environment) const;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The facts of a step, in terms that all kinds of steps share. Parser, planner, runner, resume, the
-// choice of the aperture and the budget ask for these facts instead of for the kind of a step.
+// The facts about a step, in terms that all kinds of steps share. Parser, planner, runner, resume,
+// the choice of the aperture and the budget use these facts instead of the kind of step.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace lcrig {
 
-// Objects that the functions of a step work with.
+// Classes that the functions of a step use.
 struct StepReader;  // file/step_reader.hpp
 class PlannedRig;  // plan/planned_rig.hpp
 struct StepPlan;
@@ -30,21 +30,21 @@ enum class HoldMode { force, travel };
 template <>
 inline constexpr EnumWords<2> kWordsOf<HoldMode>{"force", "travel"};
 
-// The use of the frame by a step. Each kind of use takes all that it has to state. The pointers
-// lead into the step; nullptr: it has no such thing.
+// What a step does with the frame. Each factory function takes everything that this use has to
+// state. The pointers lead into the step; nullptr: the step states no such value.
 struct FrameUse {
-  // The shortest thing that a continuously reading meter has to resolve on the way to a force.
+  // What a meter that reads continuously has to resolve on the way to a force.
   enum class OnTheWay { nothing, cycle_of_loading };
 
-  static FrameUse none() { return {Kind::watch, nullptr, nullptr, std::nullopt}; }  // only watched
+  static FrameUse none() { return {Kind::watch, nullptr, nullptr, std::nullopt}; }  // watched only
   static FrameUse zero() { return {Kind::zero, nullptr, nullptr, std::nullopt}; }
-  // A person places it on a rod.
+  // A person places a load on a rod.
   static FrameUse weight(const Target& load) {
     return {Kind::weight, &load, nullptr, std::nullopt};
   }
-  // `at`: the force to hold; nullptr: what it shows.
+  // `at`: the force to hold; nullptr: the present one.
   static FrameUse hold(HoldMode mode, const Target* at) { return {Kind::hold, at, nullptr, mode}; }
-  // `speed`: of the motion that it begins with; nullptr: along a force.
+  // `speed`: of the first motion; nullptr: the motion follows a force.
   static FrameUse motion(const Target* to, const Number* speed, HoldMode leaves, OnTheWay resolve) {
     FrameUse out(Kind::motion, to, speed, leaves);
     out.loads_a_cycle = resolve == OnTheWay::cycle_of_loading;
@@ -53,11 +53,11 @@ struct FrameUse {
 
   bool moves;  // needs a frame with a drive
   bool zeroes;  // sets a new zero of force or travel
-  bool places_weight;  // a person does; needs a rod with dead weights
+  bool places_weight;  // by a person; needs a rod with dead weights
   bool loads_a_cycle = false;
-  const Target* aim;  // where it goes, or the force that it holds or places
+  const Target* aim;  // the target of the motion, or the force to hold or place
   const Number* speed;  // m/s
-  std::optional<HoldMode> leaves;  // what the frame holds afterwards; absent: as before
+  std::optional<HoldMode> leaves;  // what the frame holds afterwards; absent: no change
 
  private:
   enum class Kind { watch, zero, weight, hold, motion };
@@ -70,21 +70,21 @@ struct FrameUse {
         leaves(l) {}
 };
 
-// The steps inside a step, run a number of times or once for each value of a variable.
+// The steps inside a loop, which run a number of times, or once for each value of a variable.
 class Loop {
  public:
   Loop(const Steps& steps, const Number& count) : steps_(&steps), count_(&count) {}
   Loop(const Steps& steps, const SweepStep& sweep) : steps_(&steps), sweep_(&sweep) {}
 
   const Steps& steps() const { return *steps_; }
-  const Number* count() const { return count_; }  // nullptr: it is a sweep
-  const SweepStep* sweep() const { return sweep_; }  // nullptr: it only repeats
+  const Number* count() const { return count_; }  // nullptr: a sweep
+  const SweepStep* sweep() const { return sweep_; }  // nullptr: a repeat
   std::int64_t passes(const Environment& environment) const;
 
  private:
   const Steps* steps_;
   const Number* count_ = nullptr;
-  const SweepStep* sweep_ = nullptr;  // exactly one of the two is there
+  const SweepStep* sweep_ = nullptr;  // exactly one of count_ and sweep_ is set
 };
 
 inline constexpr const MeasureStep* kNoReadings = nullptr;
@@ -92,7 +92,7 @@ inline constexpr const SetLcrStep* kNoSettings = nullptr;
 inline constexpr const AskStep* kNoQuestion = nullptr;
 inline constexpr std::nullopt_t kNoLoop = std::nullopt;
 
-// No fact has a default: a step that does not state one does not compile.
+// No fact has a default, so a step that omits one does not compile.
 struct StepFacts : FrameUse {
   StepFacts(const FrameUse& frame, const MeasureStep* readings, const SetLcrStep* settings,
             const AskStep* question, std::optional<Loop> l)
@@ -100,10 +100,10 @@ struct StepFacts : FrameUse {
 
   const MeasureStep* measures;
   const SetLcrStep* sets_meter;
-  const AskStep* asks;  // a person answers
+  const AskStep* asks;  // the question to a person
   std::optional<Loop> loop;
 
-  // A motion, a zero or a held force; the frame of other steps is only watched.
+  // True for a motion, a zero or a held force. Other steps only watch the frame.
   bool commands_frame() const { return moves || zeroes || leaves == HoldMode::force; }
   bool needs_meter() const { return measures != nullptr || sets_meter != nullptr; }
 };

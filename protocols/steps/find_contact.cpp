@@ -17,8 +17,8 @@ namespace {
 constexpr Range kBackOff{0, 1};  // m
 constexpr Range kWays{0, 10, true};
 
-// Where the limits or the machine end, seen from here; all of the machine when its travel is not
-// known.
+// The way to the end of the limits or of the machine; the machine's whole range if the present
+// travel is unknown.
 double window_m(const PlannedRig& rig) {
   const FrameCapabilities& caps = rig.frame();
   const double machine = caps.travel_max.si();
@@ -27,7 +27,7 @@ double window_m(const PlannedRig& rig) {
   return known ? std::max(0.0, end - rig.travel_m()) : machine - caps.travel_min.si();
 }
 
-// A force that the noise alone can show is no contact.
+// Refuses a threshold that noise alone can reach.
 void check_threshold(const Number& force, const PlannedRig& rig, StepPlan& out) {
   const double noise = force_noise_N(rig.known()).value_or(0), rise = rig.get(force);
   const double least = kContactSigmas * noise;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step `find_contact`: moves towards the specimen until the force rises, and back off.
+// The step `find_contact`: moves towards the specimen until the force rises, and then backs off.
 #pragma once
 
 #include "protocols/steps/facts.hpp"
@@ -11,13 +11,13 @@ class Forecast;
 
 struct FindContactStep {
   static constexpr std::string_view kWord = "find_contact";
-  Number speed, force, back_off, timeout;  // m/s, N (rise over the baseline), m, s
-  std::optional<Number> within;  // m, longest way of the search; absent: as far as the limits allow
-  std::optional<Number> overshoot;  // N allowed beyond the rise; plan and run refuse more
-  bool slow_down = false;  // `speed` is at most: slower where this rig stops too late
+  Number speed, force, back_off, timeout;  // m/s, N (rise above the force at rest), m, s
+  std::optional<Number> within;  // m, longest way of the search; absent: up to the limits
+  std::optional<Number> overshoot;  // N allowed beyond the rise; plan and run refuse a larger one
+  bool slow_down = false;  // `speed` is the highest speed: lower where this rig would stop too late
 
   struct Progress : StepProgress {
-    std::optional<double> start_travel_m;  // of the search, also of one that begins anew
+    std::optional<double> start_travel_m;  // start of the search, kept when it begins again
     void go_on_from(const LeftOff& before) override { start_travel_m = before.start_travel_m; }
   };
   static FindContactStep parse(const StepReader& r);
@@ -27,8 +27,8 @@ struct FindContactStep {
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;
-  // With slow_down as fast as the file says, but so slow that the stop needs no more than half of
-  // the room from the threshold up to the limit.
+  // The speed of the search: that of the file; with slow_down at most so fast that the stop needs
+  // half of the room between threshold and limit.
   double search_speed_m_s(const Environment& env, const Forecast& forecast, double room_N,
                           double slowest_m_s) const;
 };

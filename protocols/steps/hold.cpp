@@ -32,7 +32,7 @@ HoldStep HoldStep::parse(const StepReader& r) {
 StepPlan HoldStep::plan(PlannedRig& rig) const {
   StepPlan out(rig.get(duration));
   const FrameCapabilities& caps = rig.frame();
-  // Under dead weights the force holds itself.
+  // Dead weights hold a force by themselves.
   if (mode == HoldMode::force && !caps.force_hold && !caps.weights) {
     out.refuse(
         Refusal("holding a force needs a force loop in the frame; this one has none: hold "
@@ -74,7 +74,7 @@ StepPlan HoldStep::plan(PlannedRig& rig) const {
 
 namespace {
 
-// A specimen that was run into is not held at a force above the one that it shows now.
+// Does not let a specimen that was run into be held at more than its present force.
 Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
   auto force_N = run.view.present_force_N();
   if (step.at) force_N = run.labels.force_of(*step.at);
@@ -97,7 +97,7 @@ void HoldStep::Progress::begin_again(RunParts& run) {
 }
 
 Task<Result<>> HoldStep::execute(RunParts& run, Progress& progress) const {
-  // A run that only watches commands no hold; the step just waits.
+  // A run that only watches sends no command; the step just waits.
   if (!progress.holds && run.setup.commands) {
     Result<> held;
     run.drive.will_hold(std::nullopt);

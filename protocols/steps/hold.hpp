@@ -10,8 +10,8 @@ namespace lcrig {
 struct HoldStep {
   static constexpr std::string_view kWord = "hold";
   HoldMode mode = HoldMode::travel;
-  std::optional<Target> at;  // force or pressure to hold; absent: where it stands
-  Number duration;  // s; the mode stays in force until the next motion
+  std::optional<Target> at;  // force or pressure to hold; absent: the present state
+  Number duration;  // s; the frame goes on holding until the next motion
 
   struct Progress : WaitProgress {
     bool holds = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step `mark`: writes a text of the file into the record.
+// The step `mark`: records a text of the file as an event.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -23,7 +23,7 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
   const double each_s = to_seconds(rig.known().lcr.conversion_time(meter));
   StepPlan out(time_s);
   if (auto why = check_measure(readings, time_s, meter, rig.known().lcr)) {
-    // A question and its answer take 4 ms on the line besides: the shortest conversion and 5 %.
+    // Question and answer take 4 ms on the line, which is 5 % of the shortest conversion.
     const double needed_s =
         1.05 * reading_interval_s(meter, rig.known().lcr) * static_cast<double>(readings);
     out.refuse(Refusal(std::move(*why), at_least(within, needed_s, rig.asked())));
@@ -37,8 +37,8 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-// A level that is begun anew gets a number of its own; the readings of the one that was cut off
-// stay, and an event says that they do not count.
+// A level that is measured again gets a new number. The readings of the interrupted one stay, and
+// an event says that they do not count.
 void MeasureStep::Progress::begin_again(RunParts& run) {
   if (!level) return;
   run.event(LevelAbandonedEvent{level->level, readings});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step `measure`: takes fresh readings of the meter within a time; they make one level.
+// The step `measure`: takes a number of fresh readings within a time. They form one level.
 #pragma once
 
 #include "protocols/run/load_level.hpp"

@@ -16,8 +16,9 @@ namespace lcrig {
 
 namespace {
 
-// Where the final speed begins: at the fraction of the force, or of the way to it if that is less.
-// While unloading the fraction of the force lies beyond the target; then it is that of the way.
+// The force at which the final speed begins: the fraction of the target force, or of the way to it
+// if that is less. While unloading, the fraction of the force would lie beyond the target, so it is
+// taken of the way.
 double turn_force_N(double from_N, double to_N, double fraction) {
   const double way_N = from_N + fraction * (to_N - from_N);
   return to_N > from_N ? std::min(fraction * to_N, way_N) : way_N;
@@ -64,7 +65,7 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
     const double to_m = rig.travel_m();
     const double slow_m = std::min(std::abs(to_m - from_m), std::abs(to_m - rig.travel_at(turn_N)));
     out.seconds += slow_m / rig.get(last) - slow_m / v;
-    // The first part may overshoot by the rest of the way plus the overshoot allowed.
+    // The first part may overshoot by the rest of the way plus the allowed overshoot.
     std::optional<Number> allowed;
     if (overshoot) allowed = Number(rig.get(*overshoot) + (force_N - turn_N));
     if (turn_N > from_N) motion.check_stop(rig.felt_N(turn_N), speed, allowed);
@@ -89,13 +90,13 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& /*progress*/) con
     if (!present_N) co_return fail(present_N.error());
     const double turn_N = turn_force_N(*present_N, force_N, run.get(*final_from));
     const bool loading = force_N > *present_N;
-    // Not backwards, when less than the last part is left.
+    // Skips the first part if less than the last part is left, because it would lead backwards.
     if ((turn_N > *present_N) == loading) {
       auto near = co_await run.motions.to_force(turn_N, v, timeout_s);
       if (!near) co_return near;
     }
     v = run.get(*final_speed);
-    // Nor when the first part went too far.
+    // Skips the last part if the first went too far.
     const auto near_N = run.view.present_force_N();
     if (!near_N) co_return fail(near_N.error());
     is_there = loading ? *near_N >= force_N : *near_N <= force_N;

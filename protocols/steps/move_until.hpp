@@ -11,9 +11,10 @@ struct MoveUntilStep {
   static constexpr std::string_view kWord = "move_until";
   Target until;
   Number speed;  // m/s
-  std::optional<Number> final_speed;  // m/s, two-speed approach ...
-  std::optional<Number> final_from;  // ... from this fraction of the target force on (0..1)
-  std::optional<Number> overshoot;  // N allowed beyond the target; plan and run refuse more
+  std::optional<Number> final_speed;  // m/s, for an approach at two speeds
+  std::optional<Number> final_from;  // the final speed begins at this fraction of the target force
+                                     // (0..1)
+  std::optional<Number> overshoot;  // N allowed beyond the target; plan and run refuse a larger one
   Number timeout;  // s
 
   using Progress = StepProgress;

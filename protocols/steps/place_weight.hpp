@@ -9,7 +9,7 @@ namespace lcrig {
 
 struct PlaceWeightStep {
   static constexpr std::string_view kWord = "place_weight";
-  Target load;  // a mass, or the force or pressure that it shall produce
+  Target load;  // a mass, or the force or pressure that it has to produce
 
   using Progress = StepProgress;
   static PlaceWeightStep parse(const StepReader& r);

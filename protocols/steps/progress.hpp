@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of a step while it runs, so that it goes on where it was interrupted. Each kind of step
-// has a `Progress` with what it needs; the run keeps it for as long as the step runs.
+// What a step remembers while it runs, so that it can continue after an interrupt. Each kind of
+// step defines its own `Progress`; the run keeps the object until the step ends.
 #pragma once
 
 #include <optional>
@@ -12,33 +12,33 @@ namespace lcrig {
 
 struct RunParts;  // run/run_parts.hpp
 
-// Memory of the step in which the run that this one continues was cut off.
+// What is known about the step in which the interrupted run was cut off. This run continues it.
 struct LeftOff {
-  std::optional<double> start_travel_m;  // of the frame, when the step began
-  std::optional<AnswerEvent> answer;  // to its question
+  std::optional<double> start_travel_m;  // of the frame at the start of the step
+  std::optional<AnswerEvent> answer;  // the answer to its question
 };
 
-// For a step that has nothing to remember.
+// The base class; also used by steps that remember nothing.
 struct StepProgress {
   StepProgress() = default;
   StepProgress(const StepProgress&) = delete;
   StepProgress& operator=(const StepProgress&) = delete;
   virtual ~StepProgress() = default;
-  // The run that this one continues was cut off in this step. By default the step begins as if it
-  // had never run.
+  // Called if the interrupted run was cut off in this step. By default the step starts from the
+  // beginning.
   virtual void go_on_from(const LeftOff& /*before*/) {}
-  // The step does not go on now; the time until it does again is not its own. By default nothing
-  // changes: a step that measures time from a moment that it keeps here has to override it.
+  // Called when the step is interrupted: the time until it continues does not count for it. By
+  // default does nothing. A step that stores a start time here must override it.
   virtual void interrupt(MonoTime /*now*/) {}
-  // After a loss it does not go on but begins anew. By default nothing is forgotten: a step that
-  // keeps what it has done here has to override it, or it takes up where it was.
+  // Called after a loss, when the step begins again. By default does nothing. A step that stores
+  // what it has done must override it; otherwise it would continue.
   virtual void begin_again(RunParts& /*run*/) {}
 };
 
-// For a step that waits for a time.
+// Base class for steps that wait for a time.
 struct WaitProgress : StepProgress {
-  std::optional<MonoTime> begin;  // of the wait that goes on now
-  Duration spent{};  // in waits before it
+  std::optional<MonoTime> begin;  // start of the current wait
+  Duration spent{};  // in earlier waits
 
   void interrupt(MonoTime now) override {
     if (begin) spent += now - *begin;

@@ -33,7 +33,7 @@ RampStep RampStep::parse(const StepReader& r) {
 
 namespace {
 
-// Checks a ramp of the frame's force loop. The loop first closes the gap, at a speed of its own.
+// Checks a ramp of the frame's force loop. The loop first closes the gap, at its own speed.
 void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan& out) {
   check_force_loop(force_N, rig, out);
   if (out.why) return;
@@ -92,11 +92,12 @@ void plan_rate(const RampStep& step, PlannedRig& rig, StepPlan& out) {
   rig.go_to_force(to_N, &step.to.value, out);
 }
 
-constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // back from where a search ended
+constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // time-out for the way back to the start of a
+                                                      // search
 
-// `finally` wants to go to a gap, but contact was never found. If something presses, moves back by
-// that gap from here; an unknown force counts as pressing. After a search without contact it goes
-// back to where the search began: the cell may not have shown the force.
+// For `finally` that goes to a gap although contact was never found. If the probe presses, it moves
+// back by that gap; an unknown force counts as pressing. After a search without contact it goes
+// back to the start of the search, because the cell may have failed to show a force.
 Task<Result<>> back_away(const RampStep& step, RunParts& run, RampStep::Progress& progress) {
   const auto force_N = run.view.present_force_N();
   const bool presses = !force_N || run.guard.is_distrusted() || run.truth.is_loaded(*force_N);

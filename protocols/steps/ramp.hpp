@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step `ramp`: moves to a target at a speed, or lets the force loop of the frame follow a rate.
+// The step `ramp`: moves to a target at a speed, or lets the frame's force loop follow a rate.
 #pragma once
 
 #include "protocols/steps/facts.hpp"
@@ -15,7 +15,7 @@ struct RampStep {
   Number timeout;  // s
 
   struct Progress : StepProgress {
-    // Where the way back without a contact leads: chosen once, however often the frame is lost.
+    // End of the way back without contact. Chosen once, even if the frame is lost several times.
     std::optional<double> away_m;
   };
   static RampStep parse(const StepReader& r);

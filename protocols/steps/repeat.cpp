@@ -11,7 +11,7 @@ RepeatStep RepeatStep::parse(const StepReader& r) {
   return {.count = r.count("count", 1, kCountMax), .steps = r.steps()};
 }
 
-// The plan meets the steps inside, one after the other.
+// The planner visits the inner steps itself, one by one.
 StepPlan RepeatStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }

@@ -20,7 +20,7 @@ StepPlan SetGapStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-// Known from here on by a person's word, not by a search.
+// Places contact by a person's statement instead of a search.
 Task<Result<>> SetGapStep::execute(RunParts& run, Progress& /*progress*/) const {
   if (!run.view.travel_m()) {
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());

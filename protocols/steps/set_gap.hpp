@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step `set_gap`: a person says how far the probe is from the specimen; no search is needed.
+// The step `set_gap`: a person states the distance between probe and specimen, so no search is
+// needed.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -36,13 +36,13 @@ LcrSettings SetLcrStep::change(LcrSettings settings, const Environment& env) con
   if (aperture) settings.aperture = *aperture;
   if (function) settings.function = *function;
   if (trigger) settings.trigger = *trigger;
-  // A meter that is asked for each reading is not polled.
+  // With the bus trigger each reading is requested, and polling does not apply.
   if (settings.trigger == LcrTrigger::bus) settings.poll_interval.reset();
   return settings;
 }
 
 StepPlan SetLcrStep::plan(PlannedRig& rig) const {
-  StepPlan out(0.5);  // each setting is read back
+  StepPlan out(0.5);  // s, because each setting is read back
   rig.set_meter(*this);
   const LcrCapabilities& meter = rig.known().lcr;
   if (auto why = check_lcr(rig.meter(), meter)) {

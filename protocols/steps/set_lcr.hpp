@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The step `set_lcr`: changes settings of the meter. Only the given ones change.
+// The step `set_lcr`: changes the given settings of the meter and leaves the others.
 #pragma once
 
 #include "drivers/lcr_meter.hpp"

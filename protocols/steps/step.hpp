@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // All kinds of steps. A kind is a struct with its data and with
 //   kWord     the word after "do" in a file,
-//   parse()   its keys,
-//   facts()   what it asks of the rig (facts.hpp),
+//   parse()   reads its keys,
+//   facts()   what it requires of the rig (facts.hpp),
 //   Progress  what it remembers while it runs (progress.hpp),
-//   plan()    how long it takes, what it may do to the specimen, and whether that is allowed,
-//   execute() what it does in a run. It ends by itself or with an error; when it is interrupted it
-//             is cancelled, and called again with the same progress when it goes on.
+//   plan()    its duration, its worst effect on the specimen, and whether that is allowed,
+//   execute() its actions in a run. It ends by itself or with an error. An interrupt cancels it; to
+//             continue, it is called again with the same progress.
 // Code that depends on the kind visits `action`, so a kind that lacks a member does not compile.
 #pragma once
 
@@ -40,14 +40,14 @@ using Action = std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, 
 struct Step {
   std::string id;  // unique in the file
   std::string pointer;  // JSON pointer, for messages
-  bool safe_point = false;  // the run may be stopped behind it (stop_places.hpp)
+  bool safe_point = false;  // the run may be stopped after it (stop_places.hpp)
   Action action;
 };
 
 // The word after "do": "find_contact".
 std::string_view kind_of(const Step& step);
 StepFacts facts_of(const Step& step);
-// The `Progress` of its kind.
+// An object of the kind's `Progress`.
 std::unique_ptr<StepProgress> new_progress(const Step& step);
 
 }  // namespace lcrig

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::int64_t kSweepValuesMax = 10'000;
 
-// Fills `values`, or `from`, `to` and `count` when one of them is a reference.
+// Fills `values`, or `from`, `to` and `count` if one of them is a reference.
 ScopeEntry sweep_values(const StepReader& r, const KeyParts& key, SweepStep& out) {
   ScopeEntry entry;
   entry.dimension = key.dimension();
@@ -65,7 +65,7 @@ SweepStep SweepStep::parse(const StepReader& r) {
                     out.name));
   }
   const KeyParts key = split_key(out.name);
-  // Without its name nobody knows what the values are.
+  // Without its name the unit of the values is unknown.
   const bool named = name.sound();
   ScopeEntry entry;
   if (named) {
@@ -78,7 +78,7 @@ SweepStep SweepStep::parse(const StepReader& r) {
   };
   entry.integer = !key.unit && !out.values.empty() && std::ranges::all_of(out.values, whole);
   entry.bounded = entry.bounded && r.json.sound();
-  // A name that is wrong may be any.
+  // While the name is wrong, no reference inside can be judged.
   if (named) r.scope.add(out.name, entry);
   if (!named) r.scope.set_names_doubtful(true);
   out.steps = r.steps();
@@ -95,10 +95,10 @@ double SweepStep::value(std::int64_t index, const Environment& env) const {
   if (!count) return env.get(values.at(static_cast<std::size_t>(index - 1)));
   const double first = env.get(*from), end = env.get(*to), last = env.get(*count) - 1;
   const auto i = static_cast<double>(index - 1);
-  return i >= last ? end : first + (end - first) * (i / last);  // the end exactly
+  return i >= last ? end : first + (end - first) * (i / last);  // exactly `end` in the last pass
 }
 
-// The plan meets the steps inside, one after the other.
+// The planner visits the inner steps itself, one by one.
 StepPlan SweepStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }

@@ -9,8 +9,9 @@ namespace lcrig {
 
 struct SweepStep {
   static constexpr std::string_view kWord = "sweep";
-  std::string name;  // variable; its unit suffix says what the values are
-  std::vector<Number> values;  // or from/to/count, expanded by the parser when they are literals
+  std::string name;  // of the variable; its suffix gives the unit of the values
+  std::vector<Number> values;  // from/to/count instead are expanded by the parser if they are
+                               // literals
   std::optional<Number> from, to, count;
   Steps steps;
 

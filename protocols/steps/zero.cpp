@@ -12,9 +12,9 @@ namespace lcrig {
 
 namespace {
 
-// A zero takes what the specimen may feel out of the force that the limits see. All zeros of a run
-// together may take as much as the limits allow to be felt at all: a single one never takes more,
-// for the guard ends the run there.
+// Each zero removes a part of the true force from what the limits see. All zeros of a run together
+// may remove as much as the limits allow on the specimen at all. A single one never removes more,
+// because the guard would have ended the run.
 Result<> check_sum(double sum_N, const RunParts& run) {
   const BoundLimits& limits = run.setup.limits;
   const double most_N = std::max(std::abs(limits.force_min_N), std::abs(limits.force_max_N));
@@ -27,8 +27,8 @@ Result<> check_sum(double sum_N, const RunParts& run) {
               run.log.step_id(), sum_N, most_N);
 }
 
-// Force with which the probe presses, by all that the run knows: beyond contact, and more than an
-// unloaded cell shows.
+// The force of the probe on the specimen, as far as the run knows: the probe is beyond contact, and
+// the cell shows more than without load.
 double pressed_N(const Rest& rest, const RunParts& run) {
   const auto contact_m = run.contact.travel_m();
   if (!contact_m || !run.truth.is_loaded(rest.force_N())) return 0;
@@ -36,14 +36,14 @@ double pressed_N(const Rest& rest, const RunParts& run) {
   return rest.force_N() - run.truth.bare_N();
 }
 
-// Samples that were taken before the zero are still on the way: at most one, or 100 ms of them.
+// Samples from before the zero may still arrive: at most one, or 100 ms of them.
 Duration stale_samples(const RunParts& run) {
   return std::max<Duration>(std::chrono::milliseconds(250),
                             from_seconds(2 / run.setup.frame_rate_Hz));
 }
 
-// The cell at rest shows its new zero. If that hides a force that presses, the unloaded cell shows
-// it with the other sign from now on, which is no pull.
+// Learns the new zero of the cell at rest. If the zero hides a pressing force, the unloaded cell
+// will show that force with the opposite sign, which then does not mean a pull.
 void learn_zero(const Rest& before, const Rest& after, double hidden_N, RunParts& run) {
   if (hidden_N > 0) {
     run.truth.learn_zero_under_load(before.force_N() - after.force_N());
@@ -100,7 +100,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
     if (auto allowed = check_sum(sum_N, run); !allowed) co_return allowed;
   }
   const double hidden_N = force ? pressed_N(*rest, run) : 0;
-  const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may tell of it, too
+  const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may report it as well
   if (travel) run.truth.look_away();
   auto zeroed = co_await run.setup.frame.zero(force, travel);
   if (!zeroed) co_return zeroed;
@@ -112,7 +112,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
     run.contact.zero_travel(rest->travel_m().value_or(0));
     run.drive.forget_limits();
   }
-  run.event(run.point());  // the origin is another one
+  run.event(run.point());  // stores the new origin
   run.event(ZeroEvent{rest->force_N()});
   co_await run.setup.clock.wait_for(stale_samples(run));
   if (travel) run.truth.stand();

@@ -10,7 +10,7 @@ namespace lcrig {
 struct ZeroStep {
   static constexpr std::string_view kWord = "zero";
   bool force = false, travel = false;
-  std::optional<Number> max_offset;  // N; a larger offset means that the probe already touches
+  std::optional<Number> max_offset;  // N; a larger offset means that the probe touches already
 
   using Progress = StepProgress;
   static ZeroStep parse(const StepReader& r);

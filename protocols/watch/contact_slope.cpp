@@ -9,10 +9,10 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kRelaxes = 0.05;  // of the force: a specimen may lose this without any way
-constexpr double kClearDrop = 3;  // in units of its error: less tells no slope
+constexpr double kRelaxes = 0.05;  // of the force: a specimen may lose this without motion
+constexpr double kClearDrop = 3;  // in units of its error: a smaller drop gives no slope
 
-// From one look to a later one.
+// The fall of the force from one look to a later one.
 struct Drop {
   double force_N = 0, error_N = 0, way_m = 0, resolution_m = 0;
 
@@ -47,7 +47,7 @@ class WayBack {
     d.resolution_m = resolution_.step_m();
     return d;
   }
-  // Any lost motion was over at this look, for the force had fallen.
+  // Whether the force had fallen at this look. Then the lost motion of the drive was over.
   bool has_fallen(std::size_t look) const {
     const Drop d = drop(0, look);
     return d.force_N > std::max(d.error_N, kRelaxes * felt_N_);
@@ -59,11 +59,11 @@ class WayBack {
   TravelStep resolution_;
 };
 
-// From where it touched, if the force fell from the beginning: the one that is known best, for the
-// least of several bounds would be the one that noise made too small.
+// The slope from the first look, if the force fell from there on. Takes the one known best: the
+// lowest of several bounds would be one that noise made too low.
 std::optional<ContactSlope> slope_from_contact(const WayBack& way, std::size_t touching) {
   std::optional<ContactSlope> best;
-  bool falls = true;  // before the look `to`
+  bool falls = true;  // at all looks before `to`
   for (std::size_t to = 1; to < touching; ++to) {
     const Drop drop = way.drop(0, to);
     const ContactSlope slope = drop.slope();
@@ -76,7 +76,7 @@ std::optional<ContactSlope> slope_from_contact(const WayBack& way, std::size_t t
   return best;
 }
 
-// From where the force had fallen: the steepest.
+// The steepest slope that begins after the force had fallen.
 std::optional<ContactSlope> slope_from_later(const WayBack& way, std::size_t touching) {
   std::optional<ContactSlope> steepest;
   for (std::size_t from = 1; from < touching; ++from) {
@@ -91,7 +91,7 @@ std::optional<ContactSlope> slope_from_later(const WayBack& way, std::size_t tou
   return steepest;
 }
 
-// What the ways to these looks prove: no contact is softer.
+// The stiffness that the ways to these looks prove at least.
 double least_N_m(const WayBack& way, std::size_t to, std::size_t end) {
   double least = 0;
   for (; to < end; ++to) {
@@ -114,7 +114,8 @@ std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size
   auto whole = slope_from_contact(way, touching);
   const auto later = slope_from_later(way, touching);
   if (whole && later) whole->at_most = std::max(whole->at_most, later->about);
-  // On a part of the way to the look without contact nothing pressed: the contact is stiffer still.
+  // On the way to a look without contact the probe pressed for a part only, so the contact is even
+  // stiffer than the slope.
   const double pressed_N_m = least_N_m(way, 1, touching);
   const double lost_N_m = least_N_m(way, touching, way.size());
   if (whole && whole->at_most >= lost_N_m) {

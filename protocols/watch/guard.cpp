@@ -49,9 +49,9 @@ void Guard::take_standstill(std::optional<double> force_N, std::optional<double>
 std::optional<std::string> Guard::check(const FrameSample& sample) {
   const bool overload = (sample.flags & frame_flag::kForceOverload) != 0;
   if (sample.force_N) {
-    last_ = sample.received;  // a sample without a force guards nothing
-    // On the way back the largest force is the one it began with. After an overload that is the
-    // first force that the cell shows again.
+    last_ = sample.received;  // a sample without a force does not count
+    // On the way back the largest force is that at its beginning. After an overload it is the first
+    // force that the cell shows again.
     const bool unknown = mode_ == Mode::returning && !last_force_N_;
     if (mode_ != Mode::returning || unknown) {
       peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
@@ -89,7 +89,7 @@ std::optional<std::string> Guard::check_force(double force_N) const {
                      limits_.force_min_N, force_max_N());
 }
 
-// Samples that come without it: limits of travel and gap would guard nothing.
+// Notices samples without travel, because limits of travel and gap could not be checked.
 std::optional<std::string> Guard::check_travel_age(MonoTime now) const {
   if (!watch_age_ || mode_ != Mode::watching || !travel_seen_) return std::nullopt;
   const Duration age = now - *travel_seen_;
@@ -118,7 +118,7 @@ std::optional<std::string> Guard::check_travel(double travel_m) {
                      limits_.travel_max_m.value_or(kUnbounded) * 1e3);
 }
 
-// The cell says nothing: only the way away from the specimen is known to unload it.
+// Without a valid force, only motion away from the specimen is certain to unload it.
 std::optional<std::string> Guard::check_blind(const FrameSample& sample) const {
   const bool away = sample.travel_m && stood_m_ && *sample.travel_m <= *stood_m_ + kStanding_m;
   if (away) return std::nullopt;
@@ -128,7 +128,7 @@ std::optional<std::string> Guard::check_blind(const FrameSample& sample) const {
 
 std::optional<std::string> Guard::check_age(MonoTime now) const {
   if (!watch_age_ || !last_ || now - *last_ <= stale_after_) return std::nullopt;
-  // On the way back the travel is enough.
+  // On the way back the travel alone is sufficient.
   if (mode_ == Mode::returning && travel_seen_ && now - *travel_seen_ <= stale_after_) {
     return std::nullopt;
   }

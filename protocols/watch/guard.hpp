@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limits of a protocol, checked on every sample in parallel with every step. Pure logic: the
-// run feeds it and stops the frame when it answers.
+// Checks the limits of a protocol on every sample, in parallel with every step. Pure logic: the run
+// passes it the samples, and stops the frame when it reports a violation.
 #pragma once
 
 #include <optional>
@@ -14,46 +14,47 @@ namespace lcrig {
 
 class Guard {
  public:
-  // No sample may leave the window of the limits.
+  // No sample may lie outside `limits`.
   Guard(const BoundLimits& limits, Duration stale_after)
       : limits_(limits), stale_after_(stale_after) {}
 
-  // Why this sample must stop the run; nullopt when all is well.
+  // Why this sample must stop the run; nullopt: it is within the limits.
   std::optional<std::string> check(const FrameSample& sample);
-  // Samples that stop coming are as bad as wrong ones while the frame may move.
+  // Missing samples must stop the run, too, while the frame may move.
   std::optional<std::string> check_age(MonoTime now) const;
 
-  // The gap limits now make a window of travel, and it counts from here on.
+  // From now on the gap limits apply, as a window of travel.
   void place_contact(double contact_travel_m) { limits_.place_contact(contact_travel_m); }
-  // The frame stands at this travel, which is 0 from now on; samples from before may still come.
+  // The frame stands at this travel, which becomes 0. Samples with the old zero may still arrive.
   void zero_travel(double travel_m);
-  // An unloaded cell that shows less than zero hides as much of the true force: the upper limit is
-  // lowered by it. What is within the noise (`noise_N`: scatter of a sample) lowers nothing.
+  // An unloaded cell that shows less than zero hides that much of the true force, so the upper
+  // limit is lowered by it. A force within the noise (`noise_N`: scatter of a sample) lowers
+  // nothing.
   void set_rest_force(double force_N, double noise_N);
-  // The force was zeroed while the probe pressed with this much: the specimen pulls only below
-  // that. 0: it was zeroed without load. The upper limit stays: `zero` bounds what all zeros may
-  // hide.
+  // The force was zeroed while the probe pressed with `hidden_N`. The lower limit is lowered by it,
+  // because the unloaded cell shows minus that force without any pull. 0: it was zeroed without
+  // load. The upper limit stays, because `zero` bounds the sum of all hidden forces.
   void set_zero_under_load(double hidden_N);
-  // The zero of force or travel was changed by somebody else. From now on every force is allowed
-  // that the cell can show, but no motion except away from the specimen.
+  // Somebody else changed the zero of force or travel. From now on every force that the cell can
+  // show is allowed, but no motion except away from the specimen.
   void distrust_zero(double cell_N);
   bool is_distrusted() const { return distrusted_; }
   const BoundLimits& limits() const { return limits_; }
   double force_max_N() const { return limits_.force_max_N + offset_N_; }
 
-  // The run is being stopped: until the frame stands no sample is judged.
+  // The run is being stopped. No sample is judged until the frame stands.
   void expect_standstill() { mode_ = Mode::stopping; }
-  // The frame stands, and the way back begins. Allowed are forces up to the largest one of the run,
-  // and travels between here and the limits; without a valid force only less travel.
+  // The frame stands, and the way back begins. It allows forces up to the largest one of the run,
+  // and travels between here and the limits; without a valid force, only smaller travels.
   void allow_return(double noise_N);
-  // Where the frame reports that it stands. It counts like a sample: the last sample may still be
-  // one of the motion.
+  // Takes the frame's report of its standstill like a sample, because the last sample may still
+  // belong to the motion.
   void take_standstill(std::optional<double> force_N, std::optional<double> travel_m);
-  // The force was below its lower limit when the frame stood: the specimen holds on to the probe,
-  // and no motion is known to be safe.
+  // The force was below its lower limit when the frame stood: the specimen pulls at the probe, and
+  // no motion is known to be safe.
   bool is_pulled() const { return last_force_N_ && *last_force_N_ < limits_.force_min_N; }
 
-  // A passive protocol or a rod with weights has nothing that could go stale.
+  // Off for a passive protocol or a rod with weights, which may send no samples.
   void set_watch_age(bool on) { watch_age_ = on; }
   void restart_age(MonoTime now) { last_ = travel_seen_ = now; }
   double peak_force_N() const { return peak_force_N_; }
@@ -67,16 +68,16 @@ class Guard {
 
   BoundLimits limits_;
   Duration stale_after_;
-  std::optional<MonoTime> last_, travel_seen_;  // a force, a travel
+  std::optional<MonoTime> last_, travel_seen_;  // times of the last force and of the last travel
   bool watch_age_ = false;
   Mode mode_ = Mode::watching;
   double offset_N_ = 0, hidden_N_ = 0;
   bool distrusted_ = false;
   double peak_force_N_ = 0;
   std::optional<double> last_force_N_, last_travel_m_;
-  double noise_N_ = 0;  // of a sample, where the return began
+  double noise_N_ = 0;  // of a sample, at the start of the way back
   std::optional<double> stood_m_;
-  std::optional<double> old_zero_m_;  // until a sample shows the new one
+  std::optional<double> old_zero_m_;  // until a sample shows the new zero
 };
 
 }  // namespace lcrig

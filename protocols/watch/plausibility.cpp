@@ -13,27 +13,28 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Samples of the motion may still be on their way when the frame says that it stands.
+// When the frame reports standstill, samples of the motion may still be on their way.
 constexpr Duration kGrace = 300ms;
-constexpr double kLeastProgress = 0.1;  // of the way that the speed makes
+constexpr double kLeastProgress = 0.1;  // of the way at the ordered speed
 constexpr int kQuarters = 4;
-constexpr double kLeastDigit_m = 1e-10;  // below any drive's resolution: rounding
-constexpr double kCoarsestDigit_m = 12e-6;  // above any drive's: the way between two samples
-constexpr double kOneDigit = 1.5;  // less than two digits of the travel are no way
-// A force that jumps while the frame stands: the medians of two short times, so far apart that no
-// knock lasts that long and no relaxation is that quick.
+constexpr double kLeastDigit_m = 1e-10;  // below the resolution of any drive, so only rounding
+constexpr double kCoarsestDigit_m = 12e-6;  // above the resolution of any drive, so motion between
+                                            // two samples
+constexpr double kOneDigit = 1.5;  // digits of the travel; a smaller change is no motion
+// A jump of the force while the frame stands is seen by the medians of two short intervals. They
+// are so far apart that no knock lasts as long, and no relaxation is as quick.
 constexpr Duration kSettled = 1500ms, kShort = 300ms, kApart = 1000ms;
-constexpr Duration kBetween = 100ms;  // two comparisons
-constexpr double kCreeps = 0.2;  // of the way that is tolerated, if the force changes with it
-constexpr double kOneStep = 0.6;  // of a jump, at least, is one step
-constexpr double kJump = 0.1;  // of the force that is felt
-constexpr double kFalls = 0.4;  // of the largest force of a motion that presses
-constexpr int kSureFalls = 2;  // forces one after another: one may be a spike
+constexpr Duration kBetween = 100ms;  // between two comparisons
+constexpr double kCreeps = 0.2;  // of the tolerated way, if the force changes with it
+constexpr double kOneStep = 0.6;  // a jump has a single step of at least this part
+constexpr double kJump = 0.1;  // of the felt force
+constexpr double kFalls = 0.4;  // of the largest force in a motion that presses
+constexpr int kSureFalls = 2;  // consecutive forces; a single one may be a spike
 constexpr double kSpeedDoubt = 1.2;
-constexpr Duration kOnTheWay = 200ms;  // of a sample
-constexpr double kContactDoubt_m = 1e-6;  // of a place that was found
-constexpr double kSmooth = 0.2;  // the weight of a new sample
-constexpr double kSmoothSquare = 0.05;  // ... and of its square
+constexpr Duration kOnTheWay = 200ms;  // delay of a sample
+constexpr double kContactDoubt_m = 1e-6;  // error of the place of contact
+constexpr double kSmooth = 0.2;  // weight of a new sample
+constexpr double kSmoothSquare = 0.05;  // weight of its square
 constexpr double kLeastLook_s = 0.5;  // at a force that may relax
 
 }  // namespace
@@ -57,8 +58,8 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
 }
 
 void Plausibility::stand(MonoTime now, std::optional<double> travel_m) {
-  // The place where the frame said that it stands is compared with its samples later, also after
-  // new orders.
+  // The reported place of standstill is compared with the next samples, even if a new order has
+  // come by then.
   if (travel_m || state_ != State::standing) said_m_ = travel_m;
   state_ = State::standing;
   since_ = now;
@@ -118,7 +119,7 @@ std::optional<Contradiction> Plausibility::check(const FrameSample& sample) {
   return check_progress(sample);
 }
 
-// A coarse travel may flip by one digit wherever it stands.
+// Learns the last digit of the travel. A coarse travel may flip by one digit at standstill.
 void Plausibility::learn_digit(std::optional<double> travel_m) {
   if (!travel_m) return;
   const double step = last_travel_m_ ? std::abs(*travel_m - *last_travel_m_) : 0;
@@ -141,7 +142,8 @@ std::optional<Contradiction> Plausibility::check_digits(const FrameSample& sampl
                   *sample.force_N, equals_));
 }
 
-// A motion that follows at once: nothing has been held against where the frame said that it stood.
+// For a motion that follows at once: compares its first sample with the place where the frame
+// reported standstill, because no sample of that standstill has come.
 std::optional<Contradiction> Plausibility::check_begin(MonoTime t, double travel_m) {
   if (!said_m_) return std::nullopt;
   const double from_m = *std::exchange(said_m_, std::nullopt);
@@ -161,7 +163,7 @@ std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
   furthest_m_ = std::max(furthest_m_.value_or(there), there);
   const double back_m = *furthest_m_ - there;
   const double allowed_m = std::max(figures_.against_m, kOneDigit * digit_m_);
-  // A servo may go beyond its end, and come back to it.
+  // A servo may overshoot its end and come back.
   const bool is_there =
       motion_.target_m && there >= motion_.direction * *motion_.target_m - allowed_m;
   if (is_there) return std::nullopt;
@@ -177,7 +179,7 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
   if (!force_believed_) return std::nullopt;
   if (!std::exchange(motion_.force_known, true)) motion_.force_N = force_N;
   const double allowed_N = motion_.against_N + motion_.drift_N_s * to_seconds(t - since_);
-  // The largest force that was felt twice in this motion, and what is far below it.
+  // Compares with the largest force that two consecutive samples of this motion reached.
   const double felt_N = std::min(force_N, before_N_.value_or(force_N));
   peak_N_ = std::max(peak_N_.value_or(felt_N), felt_N);
   before_N_ = force_N;
@@ -194,7 +196,7 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
-  // A specimen that sticks pulls until it lets go; then the cell shows what it does at rest.
+  // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
   const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {
     return Contradiction(
@@ -227,7 +229,7 @@ void Plausibility::mark(const FrameSample& sample) {
   progress_->force_N = sample.force_N;
 }
 
-// At the slowest speeds the way has to be more than a drive may hunt first.
+// At the slowest speeds the expected way must exceed what a drive may hunt.
 double Plausibility::stall_s() const {
   if (motion_.direction == 0) {
     return std::max(figures_.stall_s, 4 * figures_.order_force_N / motion_.rate_N_s);
@@ -236,7 +238,7 @@ double Plausibility::stall_s() const {
   return std::max(figures_.stall_s, way_m / motion_.speed_m_s);
 }
 
-// In quarters, so that a stall is noticed soon after the time that it may last.
+// Looks in quarters of the allowed time, so that a stall is noticed soon after it.
 std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sample) {
   if (motion_.direction == 0 && !(motion_.rate_N_s > 0)) return std::nullopt;
   if (!sample.travel_m || !sample.force_N) return std::nullopt;
@@ -284,7 +286,7 @@ std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sa
     return std::abs(way_m) > std::max(allowed_m, kOneDigit * digit_m_);
   };
   auto step = sample.force_N ? check_step(sample.received, *sample.force_N) : std::nullopt;
-  // A force that goes with the travel is true.
+  // A force that changes together with the travel is real.
   const bool creeps = moved(figures_.standing_m) || (step && moved(kCreeps * figures_.standing_m));
   if (moving_flags_ <= 1 && !creeps) return step;
   return Contradiction(
@@ -306,7 +308,8 @@ void Plausibility::see_relaxation(MonoTime t, double force_N) {
   smooth(*stood_last_, kSmooth);
 }
 
-// While it stood; what relaxes does so ever more slowly. nullopt: nobody has looked for long.
+// Rate of relaxation while the frame stood; later it relaxes ever more slowly. nullopt: watched too
+// briefly.
 std::optional<double> Plausibility::relaxes_N_s() const {
   if (state_ != State::standing || !stood_first_ || !stood_last_) return std::nullopt;
   const double dt = to_seconds(stood_last_->t - stood_first_->t);
@@ -322,7 +325,7 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
   compared_ = t;
   while (t - recent_.front().t > kApart + kShort) recent_.pop_front();
   std::vector<double> old_N, new_N;
-  double steepest_N = 0;  // from one sample to the next
+  double steepest_N = 0;  // largest change between two samples
   for (std::size_t i = 1; i < recent_.size(); ++i) {
     steepest_N = std::max(steepest_N, std::abs(recent_[i].force_N - recent_[i - 1].force_N));
   }

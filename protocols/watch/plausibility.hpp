@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds samples of a frame that cannot be true, given what it was told to do: digits that never
-// change, a drive that runs the wrong way or not at all, a force that falls while the probe
-// presses, a frame that moves without an order. Limits are the guard's; here only the
-// contradictions. Pure logic: the run feeds it and stops the frame when it answers.
+// Finds samples that cannot be true, given the orders to the frame: digits that never change, a
+// drive that runs the wrong way or not at all, a force that falls while the probe presses, a frame
+// that moves without an order. The limits are checked by Guard. Pure logic: the run passes it the
+// samples, and stops the frame when it reports a contradiction.
 #pragma once
 
 #include <cmath>
@@ -16,11 +16,11 @@
 
 namespace lcrig {
 
-// The part that is not believed any more, which decides what is still allowed.
+// What is no longer believed. It decides what is still allowed.
 enum class Disbelief {
-  force,  // the cell: only the way away from the specimen is known to unload it
-  drive,  // it does not do what it is told: no motion at all until a person has looked
-  stillness,  // it moved though nothing was asked: it is stopped, and may leave under watch
+  force,  // the cell: only motion away from the specimen is certain to unload it
+  drive,  // it disobeys: no motion at all until a person has looked
+  stillness,  // it moved without an order: it is stopped, and may move away under watch
 };
 
 struct Contradiction {
@@ -33,47 +33,48 @@ class Plausibility {
  public:
   explicit Plausibility(WatchFigures figures) : figures_(figures) {}
   const WatchFigures& figures() const { return figures_; }
-  // The figures are known better now. A motion under way is judged by them from here on.
+  // Better figures, which apply to a current motion at once.
   void set_figures(WatchFigures figures) { figures_ = figures; }
 
   struct Motion {
     Motion() = default;
-    double direction = 0;  // +1: towards the specimen; 0: the force loop goes where it has to
-    double speed_m_s = 0;  // of the force loop: of its approach
-    double rate_N_s = 0;  // of the force loop's ramp; 0: it holds
-    double force_N = 0;  // at its begin, as it is shown
-    bool force_known = true;  // else the first force that is shown counts as the one at its begin
-    double rest_N = 0;  // of an unloaded cell
-    // Largest fall of the force allowed on the way towards the specimen, or rise on the way back;
-    // and what is added to it with time, for a cell that is known to drift.
+    double direction = 0;  // +1: towards the specimen; 0: the force loop decides
+    double speed_m_s = 0;  // for the force loop: of its approach
+    double rate_N_s = 0;  // for the force loop: rate of its ramp; 0: it holds
+    double force_N = 0;  // shown force at the beginning
+    bool force_known = true;  // false: the first force shown counts as that at the beginning
+    double rest_N = 0;  // of the unloaded cell
+    // The largest fall of the force that is allowed while moving towards the specimen, or rise
+    // while moving away; and its growth with time, for a cell that is known to drift.
     double against_N = 0, drift_N_s = 0;
-    double waver_N = 0;  // of a force loop
-    std::optional<double> target_m;  // where it ends; a servo may go beyond, and come back
-    bool holds = false;  // a force, until something else is asked
+    double waver_N = 0;  // of a force loop, to either side
+    std::optional<double> target_m;  // end of the motion; a servo may overshoot it and come back
+    bool holds = false;  // holds a force until the next order
   };
-  // The command is on its way; from now on the frame may move.
+  // The order is being sent; from now on the frame may move.
   void begin(const Motion& motion, MonoTime now);
-  // From now on the force proves nothing: only the travel is looked at.
+  // From now on the force proves nothing, and only the travel is checked.
   void distrust_force() { force_believed_ = false; }
-  // The force was zeroed as the run asked. A motion is watched as before.
+  // The run itself zeroed the force. A current motion is still watched.
   void zero_force(MonoTime now);
-  // The frame says that it stands, at this travel if it says where.
+  // The frame reports standstill, and perhaps at which travel.
   void stand(MonoTime now, std::optional<double> travel_m = std::nullopt);
-  // Samples are not judged until the next `begin` or `stand`: the frame is being stopped, or nobody
-  // knows what it does.
+  // Suspends all checks until the next `begin` or `stand`: the frame is being stopped, or its state
+  // is unknown.
   void look_away();
-  // A specimen may pull at a probe that stands, or goes away; never at one that comes nearer.
+  // Whether the specimen may pull at the probe. It may if the probe stands or moves away, but never
+  // if the probe comes closer.
   bool may_pull() const { return state_ != State::moving || motion_.direction <= 0; }
-  // The last two forces differ in their sign only, and a contact of this stiffness does not explain
-  // that by the way between them. Then the cell is wrong; any other fall may be a specimen that
-  // pulls.
+  // True when the last two forces differ only in their sign, and a contact of this stiffness does
+  // not explain that by the way between them. Then the cell is wrong. Any other fall may come from
+  // a specimen that pulls.
   bool changed_sign(double stiffness_N_m) const;
-  // Facts about the contact.
+  // The watch of the force against the depth in the contact.
   PressWatch& press() { return press_; }
   const PressWatch& press() const { return press_; }
   double travel_doubt_m() const;
-  // How much the force wavers while the frame stands, because its controller hunts: standard
-  // deviation of a sample about the ones just before.
+  // Scatter of the force while the frame stands and its controller hunts: standard deviation of a
+  // sample about the ones just before it.
   double wavers_N() const { return std::sqrt(wavers_N2_); }
 
   std::optional<Contradiction> check(const FrameSample& sample);
@@ -99,24 +100,24 @@ class Plausibility {
   State state_ = State::unknown;
   bool force_believed_ = true;
   Motion motion_;
-  MonoTime since_{};  // of this state
-  MonoTime zeroed_{};  // of the force
+  MonoTime since_{};  // start of this state
+  MonoTime zeroed_{};  // when the force was last zeroed
   std::optional<double> furthest_m_;  // of this motion, in its direction
-  std::optional<double> peak_N_, before_N_;  // of this motion; its last force
-  int fallen_ = 0;  // forces far below the peak, one after another
+  std::optional<double> peak_N_, before_N_;  // of this motion: largest force; previous force
+  int fallen_ = 0;  // consecutive forces far below the peak
   PressWatch press_;
   struct Mark {
     Mark() = default;
     MonoTime t;
     std::optional<double> travel_m, force_N;
   };
-  std::optional<Mark> progress_;  // where the present look for progress began
-  int idle_quarters_ = 0;  // looks without any, one after another
+  std::optional<Mark> progress_;  // start of the current check of progress
+  int idle_quarters_ = 0;  // consecutive checks without progress
   std::optional<double> last_travel_m_;
-  double digit_m_ = 0;  // the least difference of two travels so far; 0: none
-  std::optional<double> stood_m_;  // by its samples
-  std::optional<double> said_m_;  // by its word, until a sample has been held against it
-  int moving_flags_ = 0;  // one after another, standing
+  double digit_m_ = 0;  // smallest difference of two travels so far; 0: none
+  std::optional<double> stood_m_;  // as its samples show
+  std::optional<double> said_m_;  // as it reported, until a sample was compared with it
+  int moving_flags_ = 0;  // consecutive samples that claim motion at standstill
   std::optional<double> last_force_N_;
   std::int64_t equals_ = 0;
   struct Seen {
@@ -124,15 +125,15 @@ class Plausibility {
     MonoTime t;
     double force_N;
   };
-  std::deque<Seen> recent_;  // forces of the last second, standing
+  std::deque<Seen> recent_;  // forces of the last second at standstill
   double wavers_N2_ = 0;
-  std::optional<Seen> stood_first_, stood_last_;  // smoothed, since it settled
+  std::optional<Seen> stood_first_, stood_last_;  // smoothed, since the force settled
   struct Place {
     Place(double f, std::optional<double> x) : force_N(f), travel_m(x) {}
     double force_N;
     std::optional<double> travel_m;
   };
-  std::optional<Place> place_, place_before_;  // of the last two forces
+  std::optional<Place> place_, place_before_;  // at the last two forces
   MonoTime compared_{};
 };
 

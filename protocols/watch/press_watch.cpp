@@ -9,21 +9,21 @@ namespace lcrig {
 
 namespace {
 
-// Shares of the stiffness at contact that must be seen. A foam that buckles keeps about a tenth of
-// it, and a specimen that relaxes while it is pressed slowly loses less than that beside it.
-constexpr double kNear = 0.25;  // where the stiffness was measured ...
-constexpr double kNearForces = 4;  // ... and up to so many times that force
+// Fractions of the stiffness at contact that must be seen at least. A foam that buckles keeps about
+// a tenth of it. Relaxation of a specimen that is pressed slowly takes less than the difference.
+constexpr double kNear = 0.25;  // near the place where the stiffness was measured
+constexpr double kNearForces = 4;  // "near" reaches to this multiple of the force there
 constexpr double kFar = 0.05;
 constexpr double kComesBack = 0.25;  // of a force, at the depth where it was felt last
-constexpr double kRelaxesUnseen = 0.3;  // of a force, if nobody saw how fast
-constexpr double kSooner = 1.5;  // a relaxation that is disturbed
-// Creep per second, as a share of the indentation: while the specimen is pressed, and under a force
-// that is held.
+constexpr double kRelaxesUnseen = 0.3;  // of a force whose rate of relaxation nobody saw
+constexpr double kSooner = 1.5;  // faster after a disturbance
+// Creep per second, as a fraction of the indentation: while the specimen is pressed, and under a
+// held force.
 constexpr double kCreeps_s = 0.01, kCreepsHeld_s = 0.1;
-constexpr double kThermal_m_s = 1e-9;  // 3.6 um in an hour: rig and specimen grow
+constexpr double kThermal_m_s = 1e-9;  // 3.6 um in an hour: thermal expansion of rig and specimen
 constexpr double kThere_m = 1e-6;
-constexpr double kGoesOn = 0.5;  // of the speed that was ordered
-constexpr int kSurelyShort = 2;  // samples: one may be a spike
+constexpr double kGoesOn = 0.5;  // of the ordered speed
+constexpr int kSurelyShort = 2;  // consecutive samples; a single one may be a spike
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void PressWatch::begin(const Motion& motion, MonoTime now) {
   base_N_ = loaded_ ? motion.felt_N : kComesBack * contact_->there_N;
 }
 
-// Remaining range of force in which the contact is as stiff as it was measured.
+// The range of force that is left in which the contact is as stiff as measured.
 double PressWatch::near_N() const {
   const Contact& c = *contact_;
   return std::max(0.0, kNearForces * c.felt_N - c.stiffness_N_m * (base_m_ - c.travel_m));
@@ -62,14 +62,14 @@ double PressWatch::least_N(MonoTime t, double travel_m, double doubt_m) const {
   return base_N_ - relaxed_N(t) + rise_N;
 }
 
-// Part of the force that the motion began with that may have relaxed by now.
+// The part of the initial force that may have relaxed by now.
 double PressWatch::relaxed_N(MonoTime t) const {
   const double most_N = kRelaxesUnseen * std::max(0.0, motion_.felt_N);
   if (!motion_.relaxes_N_s) return most_N;
   return std::min(kSooner * *motion_.relaxes_N_s * to_seconds(t - begun_), most_N);
 }
 
-// Least force that is possible now: the largest of this motion so far, plus the least rise since
+// The smallest possible force now: the largest of this motion so far, plus the least rise since
 // then. A specimen that is pressed ever deeper loses at most the force with which the motion began.
 double PressWatch::least_since_then_N(double travel_m, double felt_N, double tolerance_N,
                                       bool is_in) {
@@ -77,7 +77,8 @@ double PressWatch::least_since_then_N(double travel_m, double felt_N, double tol
   if (!is_in && !best_N_ && felt_N < std::max(c.felt_N, 2 * tolerance_N)) return -HUGE_VAL;
   const double rise_N = kFar * c.stiffness_N_m * (travel_m - crept_m_);
   const double beyond_N = felt_N - rise_N;
-  const double surely_N = std::min(beyond_N, beyond_N_.value_or(beyond_N));  // no spike
+  const double surely_N = std::min(beyond_N, beyond_N_.value_or(beyond_N));  // ignores a single
+                                                                             // spike
   beyond_N_ = beyond_N;
   if (!best_N_ || surely_N >= *best_N_) {
     best_N_ = surely_N;

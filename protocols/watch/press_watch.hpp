@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The force against the way into the specimen: a contact whose stiffness was measured pushes back,
-// and a cell that does not show it is not believed, however much it scatters. Part of Plausibility.
-// Pure logic.
+// Compares the force with the way into the specimen. A contact whose stiffness was measured pushes
+// back; a cell that does not show this force is not believed, however much it scatters. Pure logic,
+// part of Plausibility.
 #pragma once
 
 #include <optional>
@@ -13,29 +13,28 @@ namespace lcrig {
 
 class PressWatch {
  public:
-  // Contact was found at this travel, felt so much beyond rest, and is at least so stiff there.
+  // Sets the contact: its travel, the force there beyond rest, and its least stiffness.
   void know(MonoTime now, double travel_m, double felt_N, double stiffness_N_m);
-  // Contact is somewhere else now, or nobody knows where.
+  // The place of contact has changed or is unknown.
   void forget() { contact_.reset(); }
   bool knows() const { return contact_.has_value(); }
 
   struct Motion {
     Motion() = default;
-    double felt_N = 0;  // at its begin, beyond rest
-    double speed_m_s = 0;  // a frame that brakes presses no deeper, and the force relaxes
-    // Rate at which this force relaxes, as far as it was seen. Unknown: it may lose a third at
-    // once.
+    double felt_N = 0;  // at its beginning, beyond rest
+    double speed_m_s = 0;  // a frame that brakes presses no deeper, while the force relaxes
+    // Observed rate at which this force relaxes. Unknown: it may lose a third at once.
     std::optional<double> relaxes_N_s;
-    bool holds = false;  // a force: the specimen may creep, and the frame follows
+    bool holds = false;  // holds a force: the specimen may creep, and the frame follows
   };
   void begin(const Motion& motion, MonoTime now);
-  // `felt_N`: beyond rest. `tolerance_N`: what the cell may be off by. `doubt_m`: what the travel
-  // may be off by. The answer is for people.
+  // Returns words for people if the force is too small. `felt_N` is beyond rest, `tolerance_N` the
+  // error of the cell, `doubt_m` the error of the travel.
   std::optional<std::string> check(MonoTime t, double travel_m, double felt_N, double tolerance_N,
                                    double doubt_m);
-  // A sample while the frame stands, which may have relaxed meanwhile.
+  // A sample at standstill, where the force may have relaxed.
   void rest(double travel_m, double felt_N);
-  // Where `felt_N` is reached at the latest, if a motion begins now; nullopt: not known.
+  // The travel by which a motion that begins now must reach `felt_N`; nullopt: unknown.
   std::optional<double> furthest_m(MonoTime now, double felt_N, double tolerance_N,
                                    double doubt_m) const;
 
@@ -50,8 +49,8 @@ class PressWatch {
           there_N(f_N) {}
     MonoTime since;
     double travel_m, felt_N, stiffness_N_m;
-    double deepest_m;  // of this run
-    double there_N;  // the last force felt at that depth
+    double deepest_m;  // largest travel in this run
+    double there_N;  // last force felt at that travel
   };
   double least_N(MonoTime t, double travel_m, double doubt_m) const;
   double relaxed_N(MonoTime t) const;
@@ -62,14 +61,15 @@ class PressWatch {
   std::optional<Contact> contact_;
   Motion motion_;
   MonoTime begun_{}, last_{};
-  double base_m_ = 0, base_N_ = 0;  // from where on the force has to rise, and from what
-  bool loaded_ = false;  // it began there
+  double base_m_ = 0, base_N_ = 0;  // travel and force from which the force has to rise
+  bool loaded_ = false;  // the motion began under load
   double crept_m_ = 0;
-  std::optional<double> beyond_N_, best_N_;  // the force beyond the least rise; its largest,
-  MonoTime best_at_{};  // and when and where that was
+  std::optional<double> beyond_N_, best_N_;  // force beyond the least rise: the last, and the
+                                             // largest
+  MonoTime best_at_{};  // when and where the largest was
   double best_m_ = 0;
-  std::optional<double> travel_m_;  // the last one
-  int short_of_ = 0;  // samples that show too little, one after another
+  std::optional<double> travel_m_;  // the last travel
+  int short_of_ = 0;  // consecutive samples with too small a force
 };
 
 }  // namespace lcrig

@@ -9,7 +9,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kClass = 0.01;  // of the force: what a cell of class 1 may be off by
+constexpr double kClass = 0.01;  // of the force: error of a cell of class 1
 
 bool is_beyond(double observed_N, double predicted_N, double noise_N) {
   return observed_N > predicted_N * (1 + kClass) + kNoiseSigmas * noise_N;
@@ -41,7 +41,7 @@ Result<> Pressing::check(double worst_N, const State& now, double force_N, doubl
                   : std::string("state frame.stiffness_N_mm in the config"));
 }
 
-// The specimen feels what is shown beyond rest: the forecast counts from there.
+// The specimen feels the force beyond rest, so the forecast counts from there.
 Result<Pressing::Permit> Pressing::to_force(const State& now, double force_N,
                                             double speed_m_s) const {
   Permit permit = away(now);
@@ -54,7 +54,7 @@ Result<Pressing::Permit> Pressing::to_force(const State& now, double force_N,
   }
   auto allowed = check(permit.worst_N, now, force_N, speed_m_s);
   if (!allowed) return fail(allowed.error());
-  // A stop for want of travel needs its way, too.
+  // Stopping at the travel limit needs its own way.
   const double way = stopping_way_m(caps_, speed_m_s);
   permit.guard -= Length::from_si(way);
   if (now.travel_m && permit.guard.si() <= *now.travel_m) {
@@ -77,7 +77,7 @@ Result<Pressing::Permit> Pressing::to_travel(const State& now, double travel_m,
   const double pressed = forecast_.bound().force_after_N(now.contact_N, depth);
   permit.worst_N = now.rest_N + pressed;
   if (known && !exceeds(permit.worst_N, now.force_max_N)) return permit;
-  // Into the specimen, or towards one that may be anywhere: the device has to stop early.
+  // Into the specimen, or towards one whose place is unknown, the device has to stop early.
   const double trip = forecast_.trip_N(speed_m_s, now.force_max_N - now.rest_N);
   const double least = least_trip_N(caps_, now.noise_N);
   if (trip < least) {

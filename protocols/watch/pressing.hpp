@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Knows the force on the specimen before each motion: whether the motion may begin, what the device
-// has to watch meanwhile, and, afterwards, whether the prediction held. Pure logic, used by Motions
-// and FrameTruth.
+// Predicts the force on the specimen before each motion: decides whether it may begin, sets the
+// limits that the device watches meanwhile, and afterwards compares the prediction with the force.
+// Pure logic, used by Motions and FrameTruth.
 #pragma once
 
 #include <optional>
@@ -21,46 +21,48 @@ class Pressing {
   Pressing(Forecast forecast, FrameCapabilities caps)
       : forecast_(std::move(forecast)), caps_(std::move(caps)) {}
 
-  // One motion that may begin.
+  // Permission for one motion.
   struct Permit {
     Permit() = default;
-    FrameLimits limits;  // of the device, while it lasts
-    Length guard;  // travel at which a search for a force has to stand
-    std::optional<double> threshold_N;  // where the device shall stop; absent: not at a force
+    FrameLimits limits;  // limits of the device during the motion
+    Length guard;  // travel at which a search for a force must stop
+    std::optional<double> threshold_N;  // force at which the device has to stop; absent: it does
+                                        // not stop at a force
     double worst_N = 0;  // largest force until it stands
     std::optional<double> expected_N;
-    bool presses = false;  // may end in the specimen
+    bool presses = false;  // it may end in the specimen
   };
-  struct State {  // that a motion begins in
+  struct State {  // at the start of a motion
     State() = default;
-    BoundLimits limits;  // placed, if contact is known
-    double force_max_N = 0;  // of the limits, less what the cell shows below zero at rest
-    double rest_N = 0, noise_N = 0;  // of an unloaded cell: mean, and scatter of a sample
-    std::optional<double> travel_m, force_N;  // now
+    BoundLimits limits;  // with the gap limits applied, if contact is known
+    double force_max_N = 0;  // of the limits, less the amount by which the cell at rest shows below
+                             // zero
+    double rest_N = 0, noise_N = 0;  // of the unloaded cell: mean, and scatter of a sample
+    std::optional<double> travel_m, force_N;  // at present
     std::optional<double> contact_m;  // machine travel of gap zero
-    double contact_N = 0;  // beyond rest, there
+    double contact_N = 0;  // force at gap zero, beyond rest
   };
   // Errors: invalid_request, with the speed that would be allowed; nothing has moved.
   Result<Permit> to_force(const State& now, double force_N, double speed_m_s) const;
   Result<Permit> to_travel(const State& now, double travel_m, double speed_m_s) const;
   Result<Permit> ramp(const State& now, double force_N, double rate_N_s) const;
-  // Away from the specimen, with the limits as they are.
+  // Motion away from the specimen, with unchanged limits.
   Permit away(const State& now) const;
 
-  // A stiffness found at contact, on the way back from this force.
+  // Takes a stiffness that was measured at contact, on the way back from this force.
   void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
-  // Whether the force may have gone to `felt_N`, from where that was measured, in a motion that was
-  // to stop at `force_N`. All of them beyond rest.
+  // Whether a contact of this stiffness explains that a motion, ordered to stop at `force_N`, ended
+  // at `felt_N`. All forces are beyond rest.
   bool explains(double felt_N, double stiffness_N_m, double force_N, double speed_m_s,
                 double noise_N) const;
   // A new zero of travel.
   void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
 
-  // The motion begins; every sample until `end` belongs to it.
+  // A motion begins. Every sample until `end` belongs to it.
   void begin(const Permit& permit);
   void add(std::span<const FrameSample> samples);
-  // The last digit of the travel, as far as motions showed it; 0: not known.
+  // The last digit of the travel, as seen in motions; 0: unknown.
   double travel_digit_m() const { return digit_.digit_m(); }
   struct Comparison {
     double threshold_N = 0, predicted_N = 0, observed_N = 0;
@@ -71,12 +73,12 @@ class Pressing {
       return {threshold_N, predicted_N, expected_N, observed_N};
     }
   };
-  // nullopt when there is nothing to compare: the motion was not to stop at a force, or it ended
-  // before and kept its bound.
+  // nullopt: there is nothing to compare, because the motion was not meant to stop at a force, or
+  // it ended earlier and within its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
-  // The force that is shown means nothing any more.
+  // The shown force no longer means anything.
   void distrust(std::string why) { broken_ = std::move(why); }
-  // Why nothing may be pressed any more in this run.
+  // Why this run may not press any more.
   const std::optional<std::string>& broken() const { return broken_; }
 
  private:

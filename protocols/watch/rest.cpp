@@ -10,21 +10,23 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
-constexpr double kCoarsest_m = 12e-6;  // above any drive's resolution: the way between two samples
-constexpr int kSureChanges = 5;  // fewer may have a larger divisor by chance
-constexpr double kLeastChange_m = 5e-9;  // less comes from travels that are told to a nanometre
-constexpr double kMultiple = 0.05;  // of a digit: what rounding leaves of a multiple
-constexpr double kLeastDigit_N = 1e-9;  // below any cell's
+constexpr double kLeastStep_m = 1e-10;  // below the resolution of any drive, so only rounding
+constexpr double kCoarsest_m = 12e-6;  // above the resolution of any drive, so motion between two
+                                       // samples
+constexpr int kSureChanges = 5;  // with fewer changes a larger divisor may be chance
+constexpr double kLeastChange_m = 5e-9;  // smaller changes come from travels that are sent in whole
+                                         // nanometres
+constexpr double kMultiple = 0.05;  // of a digit: deviation from a multiple by rounding
+constexpr double kLeastDigit_N = 1e-9;  // below the resolution of any cell
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
-constexpr std::size_t kInBatch = 3;  // at least
-constexpr double kTwoValues = 1.2;  // of a digit
+constexpr std::size_t kInBatch = 3;  // samples, at least
+constexpr double kTwoValues = 1.2;  // in digits: more means a third value
 constexpr std::size_t kJitterSamples = 10;
-constexpr double kMiddleOfSteps = 0.954;  // sqrt(2) 0.6745: of a normal scatter
+constexpr double kMiddleOfSteps = 0.954;  // sqrt(2) 0.6745, for a normal distribution
 
-// The straight line through values at times.
+// The straight line through values at given times.
 struct Line {
-  double time_s = 0, value = 0, slope = 0;  // its middle
+  double time_s = 0, value = 0, slope = 0;  // middle of the line, and its slope
 };
 Line line_through(std::span<const double> t, std::span<const double> y) {
   const auto n = static_cast<double>(t.size());
@@ -118,8 +120,8 @@ double Rest::drift_error_N_s() const {
   return std::max(correlation() * error, disunity_N_s());
 }
 
-// A drift is the same in both halves: by chance the mean of theirs is off by sqrt(3) of its own
-// standard errors.
+// Compares the drift of both halves with the whole. A true drift is the same; by chance the mean of
+// the halves deviates by sqrt(3) of its own standard errors.
 double Rest::disunity_N_s() const {
   const std::span t(forces_seen_.t_s), y(forces_seen_.value);
   const std::size_t half = t.size() / 2;
@@ -129,8 +131,8 @@ double Rest::disunity_N_s() const {
   return std::abs(drift_N_s() - (first + second) / 2) / std::numbers::sqrt3;
 }
 
-// Hum that the sampling turns into a slow wave looks like a drift: the means of batches then
-// scatter more than those of independent samples (batch means).
+// Detects correlated samples: hum that the sampling turns into a slow wave looks like a drift. The
+// means of batches then scatter more than those of independent samples (batch means).
 double Rest::correlation() const {
   const std::size_t n = forces_seen_.value.size();
   const std::size_t batches = std::min(kBatches, n / kInBatch);
@@ -159,8 +161,8 @@ std::optional<double> Rest::travel_m() const {
   return travel_sum_m_ / static_cast<double>(travels_);
 }
 
-// Standard deviation by the steps from sample to sample. A way that goes on adds nothing to it, and
-// no more does one jump.
+// Standard deviation from the steps between samples. Neither a steady motion nor a single jump adds
+// to it.
 double Rest::travel_jitter_m() const {
   const std::vector<double>& x = travels_seen_.value;
   if (x.size() < kJitterSamples) return 0;
@@ -183,7 +185,7 @@ void TravelStep::add(std::optional<double> travel_m) {
   if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
 }
 
-// Euclid's greatest common divisor.
+// Uses Euclid's algorithm for the greatest common divisor.
 void TravelDigit::add(double travel_m) {
   const std::optional<double> last_step_m = last_step_m_;
   if (last_m_) last_step_m_ = travel_m - *last_m_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame while it stands: mean and scatter of the force, and whether it stands at all. Tolerances
-// of a run are derived from it.
+// Measures a frame at standstill: mean and scatter of the force, and whether it stands at all. Used
+// by FrameView and all checks of a run, whose tolerances are derived from it.
 #pragma once
 
 #include <cmath>
@@ -14,18 +14,18 @@
 
 namespace lcrig {
 
-constexpr double kNoiseSigmas = 5;  // of the noise of a cell: what no sample shows by chance
-constexpr double kStanding_m = 10e-6;  // within this a frame that stood has not moved
+constexpr double kNoiseSigmas = 5;  // of the noise of a cell; never reached by chance
+constexpr double kStanding_m = 10e-6;  // a frame that moved less than this still stands
 constexpr double kSureOfDrift = 3;  // standard errors
 
-// The median ignores a few spikes. Reorders the values, of which there is at least one.
+// The median, which ignores a few spikes. Reorders `values`, which must not be empty.
 double middle(std::vector<double>& values);
 
 class Rest {
  public:
   void add(std::span<const FrameSample> samples);
 
-  std::optional<MonoTime> begin() const { return begin_; }  // of its first sample
+  std::optional<MonoTime> begin() const { return begin_; }  // time of its first sample
   std::int64_t forces() const { return force_.count; }
   double force_N() const { return force_.mean; }
   double scatter_N() const;  // standard deviation of a sample; 0 for fewer than two
@@ -33,25 +33,25 @@ class Rest {
   double error_N() const {
     return forces() > 0 ? scatter_N() / std::sqrt(static_cast<double>(forces())) : 0;
   }
-  // How fast its mean goes away, by a straight line through the samples, and how well that is known
-  // (standard error); 0 and infinite for fewer than three.
+  // Drift of the mean, by a straight line through the samples, and its standard error; 0 and
+  // infinite for fewer than three samples.
   double drift_N_s() const;
   double drift_error_N_s() const;
-  // Beyond doubt.
+  // Whether the drift is beyond doubt.
   bool drifts() const { return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s(); }
-  // The drift follows better from the rest `before`, taken so long ago.
+  // Takes the drift since the rest `before`, measured `ago`: more accurate than within one rest.
   void know_drift(const Rest& before, Duration ago);
-  // Moves the mean to what the drift will make of it after some time.
+  // Shifts the mean, e.g. by the drift over some time.
   void shift(double force_N) { force_.mean += force_N; }
-  // No real cell repeats its last digit for ever; one that does is frozen, or not connected.
+  // No real cell repeats its last digit for ever. One that does is frozen or not connected.
   bool is_alive() const { return different_ > 0; }
-  double digit_N() const { return digit_N_; }  // least difference of two samples; 0: none
-  std::int64_t longest_run() const { return longest_run_; }  // of equal forces, one after another
+  double digit_N() const { return digit_N_; }  // smallest difference of two samples; 0: none
+  std::int64_t longest_run() const { return longest_run_; }  // of consecutive equal forces
   std::optional<double> travel_m() const;  // mean
-  // Standard deviation about a straight line; 0 when the travel shows no more than two values, for
-  // a last digit that flips is no scatter.
+  // Standard deviation about a straight line. 0 if the travel shows at most two values, because a
+  // flipping last digit is no scatter.
   double travel_scatter_m() const;
-  // Within 10 um and what its travel jitters, and no flag says that it moves.
+  // True if the travel stays within 10 um plus its jitter, and no flag says that the frame moves.
   bool stands() const;
   template <EventKind kind>
   LookAtRest<kind> event() const {
@@ -62,13 +62,13 @@ class Rest {
   double travel_jitter_m() const;
   void compare_digits(double force_N);
   double disunity_N_s() const;
-  double correlation() const;  // error of the mean over that of independent samples
+  double correlation() const;  // factor on the error of the mean, compared with independent samples
 
   std::int64_t different_ = 0;
   std::int64_t run_ = 0, longest_run_ = 0;
   double digit_N_ = 0;
-  RunningMean force_, time_;  // of the samples that have a force; N, s
-  double products_ = 0;  // of both about their means, N s
+  RunningMean force_, time_;  // of the samples with a force; N, s
+  double products_ = 0;  // sum of products of both about their means, N s
   std::optional<MonoTime> begin_;
   std::optional<double> known_drift_N_s_;
   double known_drift_error_N_s_ = 0;
@@ -84,7 +84,7 @@ class Rest {
   bool moving_ = false;
 };
 
-// The smallest step between two travels that differ: the resolution as far as it was seen.
+// The smallest step between two different travels: the resolution as far as it was seen.
 class TravelStep {
  public:
   void add(std::optional<double> travel_m);
@@ -94,13 +94,13 @@ class TravelStep {
   std::optional<double> last_m_, step_m_;
 };
 
-// The last digit of a travel that moves: all changes from step to step are multiples of it. The
-// steps themselves say less: at one speed they may all be alike.
+// Finds the last digit of a travel while it moves: all differences between successive steps are
+// multiples of it. The steps themselves do not show it, because at one speed they may all be equal.
 class TravelDigit {
  public:
-  void begin() { last_m_.reset(), last_step_m_.reset(); }  // a motion
+  void begin() { last_m_.reset(), last_step_m_.reset(); }  // call it when a motion begins
   void add(double travel_m);
-  double digit_m() const;  // 0: not known
+  double digit_m() const;  // 0: unknown
 
  private:
   std::optional<double> last_m_, last_step_m_;

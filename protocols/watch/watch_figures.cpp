@@ -9,27 +9,28 @@ namespace lcrig {
 
 namespace {
 
-// A year of samples at 500 Hz is 2e10: what has this chance does not happen to a healthy cell.
+// A year of samples at 500 Hz is 2e10. An event of this probability does not happen to a healthy
+// cell.
 constexpr double kChance = 1e-12;
-// Two samples of a cell with scatter s and digit q are equal with q / (2 sqrt(pi) s) = 0.28 q/s;
-// and the scatter is an estimate.
+// Two samples of a cell with scatter s and digit q are equal with probability q / (2 sqrt(pi) s) =
+// 0.28 q/s. The value here is larger, because the scatter is an estimate.
 constexpr double kSameDigit = 0.38;
 constexpr double kCoarsest = 1.8;  // a coarser digit hardly ever changes
-constexpr double kSureOfScatter = 0.85;  // of the scatter of few samples
+constexpr double kSureOfScatter = 0.85;  // fraction of the scatter that is certain from few samples
 constexpr std::int64_t kLeastRun = 5;
-constexpr std::int64_t kRunsBefore = 4;  // of a gateway that repeats what a slower cell said
+constexpr std::int64_t kRunsBefore = 4;  // for a gateway that repeats samples of a slower cell
 constexpr std::int64_t kAssumedRun = 25;
-constexpr double kKnownBefore = 0.7;  // a short look may see too little scatter
+constexpr double kKnownBefore = 0.7;  // a short look may see too little of the scatter
 constexpr double kStall_s = 2;
-constexpr double kBesides_m = 3e-6;  // what a position loop may hunt
-constexpr double kStandingPart = 0.1;  // of the limit: more a creeping frame may not add
-constexpr double kOrderTravel_m = 10e-6;  // a drive that settles
+constexpr double kBesides_m = 3e-6;  // amplitude that a position loop may hunt
+constexpr double kStandingPart = 0.1;  // of the limit: a creeping frame may add no more
+constexpr double kOrderTravel_m = 10e-6;  // remaining error of a drive that settles
 constexpr double kReply_s = 0.05;
-constexpr double kTravelSigmas = 10;  // the furthest of very many samples to the nearest
+constexpr double kTravelSigmas = 10;  // between the outermost of very many samples
 constexpr double kSettled_s = 0.5, kSettledSamples = 3;
 
-// A cell that rests in the middle of a coarse digit shows it again with this chance at most. Of the
-// scatter that is shown a part is the digit's own (q/sqrt(12)).
+// The highest probability that a cell in the middle of a coarse digit repeats that digit. The digit
+// itself contributes a part of the shown scatter (q/sqrt(12)).
 double coarse_same(double digits) {
   const double noise = std::sqrt(std::pow(kSureOfScatter / digits, 2) - 1.0 / 12);
   return std::erf(0.5 / std::sqrt(2.0) / noise);
@@ -57,7 +58,7 @@ void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const ForceScatter now(rest);
   noise_N = std::max(now.noise_N, kKnownBefore * noise_N);
   if (digit_N == 0 || (now.digit_N > 0 && now.digit_N < digit_N)) digit_N = now.digit_N;
-  // A run that is long already is no habit of the gateway: the cell may be about to freeze.
+  // A run that is already long is not a habit of the gateway: the cell may be about to freeze.
   const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;

@@ -50,6 +50,14 @@ TEST_F(Motion, ThatStopsAtALimitFailsItsStep) {
   EXPECT_EQ(to_travel(1e-3).error().code, Errc::refused);
 }
 
+TEST_F(Motion, ThatFailsIsToldInTheDevicesWordsIfItSaysAny) {
+  frame.motion_says.reason = MotionEnd::force_limit;
+  EXPECT_EQ(to_travel(1e-3).error().what, "step r: the frame stopped at its force limit");
+  frame.motion_says.detail = "channel 2";
+  EXPECT_EQ(to_travel(1e-3).error().what,
+            "step r: the frame stopped at its force limit: channel 2");
+}
+
 TEST_F(Motion, ThatNeverEndsFailsAfterItsTime) {
   frame.never_ends = true;
   const MonoTime begun = clock.now();
