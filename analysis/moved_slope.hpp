@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much the slope of a curve y(x) changes if all readings have the same error of their instant.
 // The error moves each y by (dy/dx)(dx/dt). The slope therefore changes where the rate changes with
-// x, and where the curve bends. Used for loadings at constant speed.
+// x, and where the curve bends. Used for the uncertainty of slopes. Private to analysis/.
 #pragma once
 
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predicts how well a planned run will measure. It applies the estimators of analysis.hpp to the
-// readings that the plan says will be taken, with the scatter of the instruments, and simulates
-// nothing. docs/report.md, "Budget", has the formulas. Used by search.hpp.
+// Predicts how well a planned run will measure, for search.hpp and `lcrig rehearse --batch`. It
+// applies the estimators of analysis.hpp to the readings that the plan says will be taken, with the
+// scatter of the instruments, and simulates nothing. docs/report.md, "Budget", has the formulas.
 #pragma once
 
 #include <cmath>

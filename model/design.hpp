@@ -20,7 +20,7 @@ struct DesignRequest {
   Faces faces = Faces::bonded_base;
   Top top = Top::pressure;
   Material material{"PDMS", 2.75, false, 200e3, 0.49, {}};
-  Pressure max_pressure = Pressure::from_si(100e3);  // upper end of the fitted sensitivity
+  Pressure max_pressure = Pressure::from_si(100e3);  // end of the range of the fitted sensitivity
 };
 
 struct DesignOption {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense elimination in one front of FrontalSolver. Nearly all work of the finite-element levels
-// happens here.
+// Dense elimination in one front of FrontalSolver; CondensedCell uses it, too. Nearly all work of
+// the finite-element levels happens here.
 #pragma once
 
 #include <cstddef>

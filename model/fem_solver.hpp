@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct solution of the symmetric systems of FemSystem: LDL^T by nested dissection of the tensor
-// grid. The grid is halved again and again. Unknowns inside a part are eliminated there, in a dense
-// matrix (its front). Those on the cut between two halves are eliminated after both halves.
+// Direct solution of the symmetric systems of FemSystem and LinearSystem: LDL^T by nested
+// dissection of the tensor grid. The grid is halved again and again. Unknowns inside a part are
+// eliminated there, in a dense matrix (its front). Those on the cut between two halves are
+// eliminated after both halves.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts that a person, a file or an instrument might supply as a name or note, and checks of the
-// outputs that show them. Used by the hostile-text tests.
+// outputs that show them. Used by tests of all that prints or exports texts.
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The arguments of all commands as data. Two texts are made from them: that part of the manual page
-// which must agree with the program, and the proposals of the shells' completion.
+// The arguments of all commands as data. Two texts are made from them, for manual.cpp and
+// complete.cpp: that part of the manual page which must agree with the program, and the proposals
+// of the shells' completion.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proposals for a word that the command line does not know. Used by the parser and by the lookup of
-// library files.
+// Proposals for a word that the command line does not know. Used by the parser, by the lookup of
+// library files and by `lcrig runs`.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The line that shows a run while it goes on. Used by follow_run and rehearsals.
+// The line that shows a run or a rehearsal while it goes on. Other commands use its formats of
+// times.
 #pragma once
 
 #include <optional>

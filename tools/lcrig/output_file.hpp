@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the output file of a command, whole or not at all. Used by all that write one.
+// Writes the output file of a command, whole or not at all. Used by reports, budgets, pictures and
+// the bundle of `lcrig doctor`.
 #pragma once
 
 #include <functional>

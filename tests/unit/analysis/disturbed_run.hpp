@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run of levels with known disturbances. Its times, sizes and curve differ from those that the
-// simulated bench draws. Used by the tests of hum and of noise.
+// simulated bench draws. Used by tests of the analysis.
 #pragma once
 
 #include <algorithm>
