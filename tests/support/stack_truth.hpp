@@ -182,7 +182,7 @@ inline void judge_slope(const SlopeTruth& truth, int finest_mesh,
   for (int mesh = 0; mesh <= finest_mesh; ++mesh) {
     auto j = judge_mesh(solved, truth.seed, mesh, tiny, at);
     if (!j) continue;
-    // its doubt is what the last refinement changed, and that leaves about a tenth of it
+    // the doubt is the change by the last refinement, of which about a tenth is left
     j->least_exactness = 10;
     take(*j);
   }

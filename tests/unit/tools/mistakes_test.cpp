@@ -6,7 +6,7 @@
 // Lines of a THEME.txt:
 //   # a comment
 //   file NAME            then its lines, until a line `end`
-//   bytes NAME 7b 7d     of a file that is no UTF-8
+//   bytes NAME 7b 7d     a file that is not UTF-8
 //   edit NAME: OLD => NEW    my.json: the shipped protocol NAME with OLD replaced
 //   $ COMMAND            run in a folder that has these files
 #include <gmock/gmock.h>
