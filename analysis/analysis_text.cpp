@@ -13,9 +13,9 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kRows = 60;  // of a table; the JSON has all
+constexpr std::size_t kRows = 60;  // most rows of a table; the JSON has all of them
 
-// As many digits as the standard error makes sense of: two of its own.
+// Rounds a value to the second digit of its standard error; further digits would be noise.
 std::string rounded(double value, std::optional<double> error) {
   if (!error || !(*error > 0) || !std::isfinite(*error)) return fmt::format("{:.6g}", value);
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(*error))), 0, 9);

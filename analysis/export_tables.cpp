@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of an export: their columns and how a stored row becomes a line.
+// The tables of an export: their columns, and how a stored row becomes a line.
 #include <cmath>
 #include <span>
 
@@ -26,14 +26,14 @@ constexpr Column kStep{"step", "string", "", "id of the protocol step"};
 constexpr Column kRepeat{"repeat", "integer", "", "of the outermost repeat, from 1; 0: none"};
 constexpr Column kLevel{"level_in_run", "integer", "",
                         "load level within the run, from 1: of one repeat only"};
-// The names of these columns in version 0.1, for programs that read them; the next version has them
-// no more (docs/export.md).
+// Names of these columns in version 0.1, kept for programs that read them. The next version drops
+// them (docs/export.md).
 constexpr Column kOldLevel{"level", "integer", "", "the same as level_in_run; will be left out"};
 constexpr Column kOldIndex{"index", "integer", "", "the same as level_in_repeat; will be left out"};
 constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
 constexpr Column kFlags{"flags", "string", "", "words, separated by spaces"};
 
-// The value in force at an instant that never runs backwards.
+// Looks up the value that is valid at an instant. The instants must not decrease.
 class Follow {
  public:
   explicit Follow(const std::vector<Since>& values) : values_(values) {}
@@ -76,8 +76,8 @@ void append_values(CsvWriter& out, const ExportContext& c, const Statement& row,
   }
 }
 
-// Steps through `sql` (first parameter: the run; with a piece, two more: its ends) and writes one
-// line per row.
+// Runs `sql` and writes one line for each row. The first parameter is the run. With a piece two
+// more follow: its first and last row.
 template <class Line>
 Result<> for_each_row(const Database& db, const ExportContext& c, const std::string& sql,
                       CsvWriter& out, Line line, std::optional<Piece> piece = {}) {
@@ -145,7 +145,7 @@ Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, Cs
       piece);
 }
 
-// The two tables that grow with the run and whose rows need nothing of the rows before.
+// Writes, in pieces by threads, the tables that grow with the run and whose rows stand alone.
 Result<> write_side_by_side(const Database& db, const ExportContext& c, Layout layout,
                             CsvWriter& out) {
   const bool frame = layout == Layout::frame;
@@ -211,7 +211,7 @@ void append_uncertainty(CsvWriter& out, const Aligned& a) {
   out.significant(std::abs(a.state.force_rate_N_s) * a.uncertainty_s, kUncertaintyDigits);
 }
 
-// Columns 0 to 3 of the query: seq, asked, first byte, step. `write` puts the rest of the row.
+// The query's columns 0 to 3 are seq, asked, first byte and step; `write` appends the rest.
 template <class Write>
 Result<> for_each_reading(const Database& db, const ExportContext& c, const std::string& sql,
                           CsvWriter& out, const Write& write) {
@@ -252,7 +252,7 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
   });
 }
 
-// A person typed some digits; a sweep adds the noise of a double behind them.
+// Nine digits: more than a person types, and too few for the rounding noise that a sweep adds.
 void append_targets(CsvWriter& out, std::optional<double> force_N,
                     std::optional<double> pressure_Pa) {
   constexpr int kDigits = 9;

@@ -12,11 +12,11 @@ namespace lcrig {
 
 namespace {
 
-// Scatter of one conversion at 1 kHz and 1 V, F: 3 fF at 20 kHz, FAST, of recordings, on the law
-// 1/(f V) and less by the root of the time ratio.
+// Standard deviation of one conversion at 1 kHz and 1 V, F, by speed: 3 fF at 20 kHz, FAST, from
+// recordings, scaled by 1/(f V), and less by the root of the ratio of conversion times.
 constexpr std::array<double, 3> kNoise_F{60e-15, 44e-15, 25e-15};
 
-// Ka and Kb below 100 Hz, up to 100 kHz, and above; Z in ohm, Vs in mV.
+// Ka and Kb: below 100 Hz, up to 100 kHz, and above. Z is in ohm, Vs in mV.
 struct Coefficients {
   double ka = 0, kb = 0;
 };
@@ -37,7 +37,7 @@ Coefficients coefficients(const MeterSetting& s, double impedance_ohm) {
   return k;
 }
 
-// Factor of A outside 0.4 to 1.2 V: 2.5 at 0.1 V, 1.5 at 0.3 V, 1 at 1 V, straight in log level.
+// Factor on A outside 0.4 to 1.2 V: 2.5 at 0.1 V, 1.5 at 0.3 V, 1 at 1 V, linear in log level.
 Result<double> level_factor(double level_V) {
   if (level_V >= 0.4 && level_V <= 1.2) return 1.0;
   if (level_V < 0.1 || level_V > 2) {
@@ -90,7 +90,7 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
   const Coefficients k = coefficients(s, out.impedance_ohm);
   const double basic = (s.speed == MeterSpeed::fast ? 1e-3 : 5e-4) * *ar;
   const double kf = place.interpolated_correction ? 3e-4 : 0;
-  // Ae holds for D <= 0.1; beyond, times sqrt(1 + D^2).
+  // Ae holds for D <= 0.1; beyond, it is multiplied by sqrt(1 + D^2).
   const double loss = dissipation > 0.1 ? std::sqrt(1 + dissipation * dissipation) : 1;
   out.gain = (basic + kf + k.ka) * *kc * loss;
   out.offset_F = k.kb * *kc * loss * capacitance_F;

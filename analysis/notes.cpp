@@ -33,7 +33,7 @@ void add_origin(const RunData& data, Notes& notes) {
   }
 }
 
-// `text` has a place for the count. Nothing is said of none.
+// Adds a note with the count in the place that `text` has for it; adds none if the count is 0.
 void add_count(std::int64_t count, const char* text, Notes& notes) {
   if (count > 0) notes.push_back(fmt::format(fmt::runtime(text), count));
 }

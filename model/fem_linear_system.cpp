@@ -12,12 +12,12 @@
 namespace lcrig {
 namespace {
 
-// Stiff thin cells high in the stack move a long way as a whole, and the last digit of their
-// displacement is already a force. So it is not the residual that must be small but the work of the
-// last step: a step with this share of the load's work moves nothing by more than the square root
-// of it, in the energy norm.
+// A stiff thin cell high in the stack moves far as a whole, and the last digit of its displacement
+// already means a force. Convergence is therefore judged by the work of the last step and not by
+// the residual. A step with this share of the load's work moves nothing by more than the square
+// root of it, in the energy norm.
 constexpr double kLeastWork = 1e-18;
-// When the steps stop doing less work than the one before, below this, only rounding is left.
+// Below this work only rounding is left once a step does not do less work than the one before.
 constexpr double kRoundingWork = 1e-13;
 constexpr double kSameHeight = 1e-12;  // heights of rows that differ by rounding
 constexpr int kMostSolves = 12;

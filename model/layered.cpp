@@ -83,7 +83,7 @@ class LayeredModel final : public LevelModel {
 
   Specimen specimen_;
   LayerStrain strain_;
-  std::vector<Layer> kinds_;  // distinct layers, each solved once per pressure
+  std::vector<Layer> kinds_;  // distinct layers; each is solved once per pressure
   std::vector<double> strains_;
   std::vector<Prepared> capacitors_;
 };

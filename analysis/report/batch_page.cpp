@@ -28,7 +28,7 @@ std::string group_name(const BatchGroup& group) {
   return fmt::format("{}, {}{}", group.specimen, group.protocol, parameters);
 }
 
-// Runs whose slopes are not the same slope are told apart.
+// Adds the estimands to the label, so that a reader sees when runs measured different slopes.
 std::string label_with_estimands(const BetweenRuns& q) {
   std::string out = text(q.label);
   for (const std::string& estimand : q.estimands) out += estimand_line(estimand);
@@ -55,7 +55,7 @@ std::string run_number(const BatchedResult& result) {
   return result.listing.runs.empty() ? "–" : std::to_string(result.listing.runs.back());
 }
 
-// One row a run: what people look for first.
+// A table with one row for each run. It has the results that people look for first.
 std::string run_table(const BatchGroup& group) {
   const auto with_run = std::ranges::find_if(
       group.results, [](const BatchedResult* r) { return r->run.has_value(); });

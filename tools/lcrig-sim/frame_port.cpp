@@ -83,7 +83,7 @@ void FramePort::hook(ZwickSimHooks hooks) {
 
 void FramePort::change(const std::function<void(ZwickSimFaults&)>& change) {
   change(lasting_);
-  // These apply to the present connection only.
+  // These faults apply to the present connection only.
   lasting_.lose_samples = lasting_.spike_samples = 0;
   lasting_.lose_tare = lasting_.tell_origin = false;
   if (!gateway_) return;

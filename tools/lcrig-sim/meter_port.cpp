@@ -28,8 +28,8 @@ MeterPort::~MeterPort() {
   unplug();
 }
 
-// The kernel gives the lowest free number. To get another one, this holds the old one while it
-// opens a second pty.
+// Opens a pty. The kernel gives out the lowest free number. To get another one, the old one stays
+// open while a second pty is opened.
 Result<Pty> MeterPort::open_pty(bool other_port) const {
   auto pty = Pty::open();
   if (!pty || !other_port || pty->path() != last_path_) return pty;

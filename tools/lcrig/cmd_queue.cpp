@@ -48,7 +48,7 @@ class QueueAddCommand final : public Command {
   }
 
  private:
-  // One run, or a table of runs.
+  // Checks that either one run or a table of runs is asked for.
   Outcome<bool> check_words() const {
     const auto usage = [](const std::string& what) {
       return Failure(kUsage, "lcrig queue add: " + what, "lcrig queue add --help");
@@ -92,7 +92,7 @@ class QueueAddCommand final : public Command {
     return out;
   }
 
-  // Place and terms.
+  // Adds the place in the queue and the terms.
   Outcome<bool> put_into(json& params, const Context& context) const {
     if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
     return terms_.put_into(params, context.clock.unix_ns() / 1'000'000'000);
@@ -136,14 +136,14 @@ class QueueMoveCommand final : public Command {
   PlaceOptions place_;
 };
 
-// A verb that is one call of the daemon.
+// A verb that is a single call of the daemon, and what it takes.
 enum class QueueVerbTakes { nothing, entry, word, why, force };
 struct QueueVerb {
   const char *name, *summary, *example;
-  std::string (*done)(const json& params, const json& answer);  // words for it
+  std::string (*done)(const json& params, const json& answer);  // what to print when it is done
   QueueVerbTakes takes = QueueVerbTakes::nothing;
-  const char* help = "";  // of what it takes
-  const char *next = nullptr, *next_note = "";  // the verb of the queue to type next
+  const char* help = "";  // help for what it takes
+  const char *next = nullptr, *next_note = "";  // the queue verb to propose next
 };
 
 constexpr QueueVerb kQueueRemove{

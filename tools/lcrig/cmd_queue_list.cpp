@@ -77,7 +77,7 @@ void print_batch(std::ostream& out, const json& b) {
              seed.is_number() ? fmt::format(", seed {}", seed.get<std::int64_t>()) : "");
 }
 
-// When it may begin and with what on the rig; nothing of what is not asked for.
+// Prints when the entry may begin and what must be on the rig, as far as this was asked for.
 void print_conditions(std::ostream& out, const json& terms) {
   if (const double rest_s = terms.value("rest_s", 0.0); rest_s > 0) {
     fmt::print(out, "rest        {} since the run before\n", format_time(rest_s));

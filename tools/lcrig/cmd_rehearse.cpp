@@ -233,7 +233,7 @@ class RehearseCommand final : public Command {
 
   Failure refused(const Context& context, const Error& error, const RehearseRequest& wanted) const {
     const std::string& db = wanted.db_path;
-    // An empty file becomes a database.
+    // An empty file may become a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
     if (const auto folder = replay_directory(bench_); folder && !std::filesystem::exists(*folder)) {

@@ -20,10 +20,10 @@ using nlohmann::json;
 
 namespace {
 
-// The runs of a specimen and a protocol with the same parameters.
+// The runs with the same specimen, protocol and parameters.
 struct BatchKind {
   const BatchEntry* row = nullptr;
-  std::vector<std::int64_t> lines;  // of the rows that ask for it
+  std::vector<std::int64_t> lines;  // lines of the rows that ask for it
   std::vector<const RehearsedEntry*> entries;
   std::vector<Prediction> predictions;
   std::string not_predicted;
@@ -52,7 +52,7 @@ std::vector<BatchKind> kinds_of(const BatchRequest& batch, const RehearseBatchRe
   return out;
 }
 
-// The budget's prediction for one run.
+// Predicts one run with the budget.
 void predict(const Context& context, const std::string& bench, BatchKind& kind) {
   const BatchEntry& row = *kind.row;
   const auto refused = [&kind](std::string why) { kind.not_predicted = std::move(why); };
@@ -204,7 +204,7 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
   if (bad == 0) fmt::print(out, "nothing goes wrong\n");
 }
 
-// The same batch on the rig.
+// The command that queues the same batch on the rig.
 std::string queue_command(const Context& context, const BatchRequest& batch,
                           const BatchOptions& options) {
   Words words{"queue", "add", "--batch", options.file()};

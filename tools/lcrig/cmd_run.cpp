@@ -42,12 +42,12 @@ class RunCommand final : public Command {
     if (!client) return unreachable(context, client.error());
     if (next_ && !dry_run_) return queue_first(context, *client, *start);
     if (dry_run_) return show_plan(context, *client, *start);
-    // First, so that nothing of the run is missed.
+    // Watching begins before the run, so that nothing of it is missed.
     if (!detach_) {
       auto watching = client->call("watch", json::object());
       if (!watching) return watching.error();
     }
-    // Instruments are identified and configured before the answer.
+    // The daemon identifies and configures the instruments before it answers.
     constexpr auto kPatience = std::chrono::minutes(2);
     auto started = client->call("run.start", to_json(*start), kPatience);
     if (!started) return refused_run(context, started.error(), *start, protocol_, parameters_);
@@ -70,7 +70,7 @@ class RunCommand final : public Command {
     return out;
   }
 
-  // The same without a rig.
+  // Proposes the same run without a rig.
   Failure unreachable(const Context& context, Failure failure) const {
     if (!failure.no_daemon) return failure;
     failure.next =
@@ -85,7 +85,7 @@ class RunCommand final : public Command {
     return words;
   }
 
-  // The command that was asked for, without --dry-run.
+  // The command as it was typed, without --dry-run.
   std::string this_run(const Context& context) const {
     Words words = pressing("run");
     add_option(words, "--operator", operator_);

@@ -36,7 +36,7 @@ Finding unreadable(const Error& error) {
           doc_page("troubleshooting") + ", \"The data\""};
 }
 
-// Reading a large file takes minutes.
+// Reading a large file takes minutes, so only small ones are checked.
 Finding look_at_pages(const Database& db, double bytes) {
   constexpr double kQuick = 500e6;
   const auto size = fmt::format("{}: {:.1f} MB", printable(db.path()), bytes / 1e6);
@@ -52,7 +52,7 @@ Finding look_at_pages(const Database& db, double bytes) {
           "stop lcrigd, and restore a backup: lcrig restore --help"};
 }
 
-// "frequency_Hz 1000.0, level_V 1.0"; empty: nothing is in it.
+// "frequency_Hz 1000.0, level_V 1.0"; empty if the object is empty.
 std::string listed(const std::string& object) {
   using nlohmann::json;
   const json all = json::parse(object, nullptr, false);
@@ -95,7 +95,7 @@ void look_at_database(const Database& db, Findings& findings) {
   }
 }
 
-// How long its disk lasts, when it grows as it did since the first run.
+// How long the disk will last if the database keeps growing as it has since the first run.
 Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   constexpr double kLeast = 200e6, kDaysToAct = 30;
   const std::string mend =
@@ -129,7 +129,7 @@ Finding look_at_plans(const Database& db) {
   const auto has_queue =
       db.integer("SELECT count(*) FROM sqlite_master WHERE name = 'queue_entry'");
   if (!has_queue) return unreadable(has_queue.error());
-  std::int64_t planned = 0;  // a file of an older lcrig has no queue
+  std::int64_t planned = 0;  // a database of an older lcrig has no queue
   if (*has_queue > 0) {
     const auto bytes = planned_bytes(db);
     if (!bytes) return unreadable(bytes.error());
@@ -178,7 +178,8 @@ void look_at_meter_settings(const Database& db, Findings& findings) {
 
 namespace {
 
-// False also when it may not be seen what the process has open.
+// True if the process has a file of this name open that is no longer this file. Also false if the
+// open files of the process cannot be seen.
 bool has_other_file_open(const Machine& machine, int pid, const std::string& file) {
   bool seen = false;
   std::error_code unknown;

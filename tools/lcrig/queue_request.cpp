@@ -138,7 +138,7 @@ Outcome<ExitCode> call_queue(Context& context, std::string_view method, const js
 Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json& params,
                             const RunRequest& request, const std::string& protocol,
                             const std::vector<std::string>& assignments) {
-  // The rig is looked at, and the specimen of a simulated one reckoned.
+  // The daemon looks at the rig, and for a simulated one computes the specimen.
   auto answer = client.call("queue.add", params, std::chrono::minutes(2));
   if (!answer) return refused_run(context, answer.error(), request, protocol, assignments);
   return show(context, *answer, [&](std::ostream& out) {
@@ -177,7 +177,7 @@ json batch_params(const BatchRequest& batch) {
 }
 
 Outcome<ExitCode> queue_batch(Context& context, const json& params, const BatchRequest& batch) {
-  // Each kind of run is planned; of a specimen that needs finite elements that takes minutes.
+  // The daemon plans each kind of run. A specimen that needs finite elements takes minutes.
   auto answer = call_daemon(context, "queue.add_batch", params, std::chrono::minutes(10));
   if (!answer) return answer.error();
   json all = *answer;

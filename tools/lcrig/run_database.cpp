@@ -14,8 +14,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// A command that makes a first run, for a database without one. Only the daemon writes into its
-// database.
+// The command to propose for a database without runs. Only the daemon writes into its database.
 std::string first_run(const Context& context, const ChosenDatabase& chosen) {
   constexpr const char* kNote = "makes a first run";
   const Words pressing{"static-frame", "--specimen", "paper-1"};
@@ -39,7 +38,7 @@ Failure no_database(const Context& context, const ChosenDatabase& chosen) {
   return Failure(kFailed, what, first_run(context, chosen));
 }
 
-// Most names are plain; any other text takes the way of all JSON.
+// Most names are plain; any other text is escaped like all JSON.
 std::string in_quotes(std::string_view text) {
   constexpr auto is_plain = [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; };
   if (!std::ranges::all_of(text, is_plain)) return json_line(std::string(text));

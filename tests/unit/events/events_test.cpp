@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stored words and payloads are a format: what databases of years ago hold must still read.
+// Stored words and payloads are a format: databases that are years old must still be readable.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -55,7 +55,7 @@ TEST_F(End, OfAllStepsIsASuccess) {
 TEST_F(End, ByAnAbortRunsFinally) {
   const RunResult result = end_by(Interrupt::abort);
   EXPECT_EQ(result.exit_status, ExitStatus::abort);
-  EXPECT_EQ(result.reason, "test");  // "abort" is the status
+  EXPECT_EQ(result.reason, "test");  // "abort" is already the status
   EXPECT_EQ(finallies, 1);
 }
 
@@ -105,7 +105,7 @@ TEST_F(End, WithHandsOffMovesNothingAndSaysSo) {
   EXPECT_THAT(result.reason, Not(HasSubstr("the drive lies; the drive lies"))) << "told once";
 }
 
-// A motion that was refused because of it has told why, too.
+// A motion that was refused for this reason has already said why.
 TEST_F(End, OfAMotionThatWasRefusedTellsHandsOffOnce) {
   parts().drive.keep_hands_off("the drive lies");
   const RunResult result = end(request_for(parts().drive.may_move().error()));
@@ -121,7 +121,7 @@ TEST_F(End, InFinallyWithHandsOffIsToldOnce) {
                          "has looked at the rig"));
 }
 
-// A text that happens to hold the same letters does not say it.
+// A text that happens to contain the same letters does not count.
 TEST_F(End, TellsHandsOffWhateverElseThePersonWrote) {
   parts().drive.keep_hands_off("lies");
   EXPECT_THAT(end(InterruptRequest(Interrupt::abort, "dinner; the lid lies open")).reason,
@@ -194,7 +194,7 @@ TEST_F(End, WithASpecimenThatIsStillLoadedSaysSo) {
   EXPECT_EQ(events_of("loaded"), 1);
 }
 
-// Less than zero is a pull, or a zero that was taken while the probe pressed: nobody can tell.
+// A force below zero is a pull, or a zero that was taken under load. Nobody can tell which.
 TEST_F(End, WithAForceBelowItsLimitMovesNothingAndBlamesNobody) {
   frame.force_N = -1.2;
   parts().view.add({});

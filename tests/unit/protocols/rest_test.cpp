@@ -46,7 +46,7 @@ TEST(Rest, AFrameThatMovesDoesNotStand) {
   EXPECT_FALSE(rest.stands());
 }
 
-// Two micrometres of noise reach over more than ten in a few hundred samples.
+// A noise of two micrometres has a range of more than ten in a few hundred samples.
 TEST(Rest, AFrameWhoseTravelJittersStandsAndOneThatGoesOrJumpsDoesNot) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, 2e-6);
