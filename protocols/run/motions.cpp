@@ -82,7 +82,7 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
   if (pressing_ == nullptr || !outcome) co_return outcome;
   auto true_word = co_await truth_.believe(order, *outcome);
   if (!true_word) co_return fail(true_word.error());
-  const auto seen = pressing_->end(*outcome, truth_.noise_N());
+  const auto seen = pressing_->end(*outcome, truth_.sure_noise_N());
   if (!seen) co_return outcome;
   if (seen->exceeded) {
     log_.event(seen->event<EventKind::overshoot_exceeded>());

@@ -12,7 +12,7 @@ namespace {
 constexpr double kClass = 0.01;  // of the force: error of a cell of class 1
 
 bool is_beyond(double observed_N, double predicted_N, double noise_N) {
-  return observed_N > predicted_N * (1 + kClass) + kNoiseSigmas * noise_N;
+  return observed_N > predicted_N * (1 + kClass) + kSampleSigmas * noise_N;
 }
 
 }  // namespace

@@ -316,6 +316,35 @@ TEST(Plausibility, TellsAForceThatChangedItsSignFromOneThatIsPulled) {
   EXPECT_FALSE(frame.eyes.changed_sign(100e3)) << "as far as the way explains";
 }
 
+// Chance of one sample beyond `sigmas` of its normal distribution.
+double tail(double sigmas) {
+  return 0.5 * std::erfc(sigmas / std::numbers::sqrt2);
+}
+
+// How often an honest hour at 100 Hz has a sample beyond kSampleSigmas of a scatter that was
+// estimated with so many degrees of freedom: the mean over all estimates (chi distribution).
+double false_alarms(double freedoms) {
+  constexpr double kLooks = 3600 * 100, kStep = 1e-3;
+  const double log_of_constant =
+      std::log(2) + freedoms / 2 * std::log(freedoms / 2) - std::lgamma(freedoms / 2);
+  double sum = 0;
+  for (double part = kStep; part < 3; part += kStep) {  // estimated, of the true scatter
+    const double density =
+        std::exp(log_of_constant + (freedoms - 1) * std::log(part) - freedoms / 2 * part * part);
+    const double sigmas = kSampleSigmas * sure_scatter_N(part, freedoms);
+    sum += kStep * density * std::min(1.0, kLooks * tail(sigmas));
+  }
+  return sum;
+}
+
+TEST(Rest, AnHonestHourHasNoFalseAlarmHoweverFewSamplesToldTheScatter) {
+  for (const double freedoms : {14, 17, 19, 24, 50, 100, 400, 4000}) {
+    EXPECT_LT(false_alarms(freedoms), 1e-4) << freedoms;
+    EXPECT_GT(false_alarms(freedoms), 1e-6) << freedoms << ": blind for nothing";
+  }
+  EXPECT_LT(3600 * 100 * tail(kDifferenceSigmas / std::numbers::sqrt2), 1e-4);
+}
+
 ForceScatter scatter(double noise_N, double digit_N) {
   Rest rest;
   std::mt19937 random(3);
