@@ -162,6 +162,53 @@ TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
 }
 
+// At DONE the cell shows 1.065 N of the 1.32 N that press: its filter of 28 ms still follows. The
+// way away begins at once, and the play of the drive takes its first micrometres.
+struct FilteredCell {
+  FilteredCell() {
+    Plausibility::Motion m = pressing(8e-4);
+    m.worst_N = 1.4;
+    m.shown_after = 300ms;
+    frame.eyes.begin(m, frame.t);
+    EXPECT_FALSE(frame.show(1e-3, 1.06));
+    frame.eyes.stand(frame.t, 1e-3);
+  }
+  void move_away() {
+    Plausibility::Motion m = pressing(5e-5);
+    m.direction = -1;
+    m.force_N = 1.065;
+    m.against_N = 0.1;
+    frame.eyes.begin(m, frame.t);
+  }
+  std::optional<double> rises_to(double force_N) {
+    return frame.until_noticed(5, [force_N](double s) {
+      return Place(1e-3 - 5e-5 * s, force_N - (force_N - 1.065) * std::exp(-s / 0.028));
+    });
+  }
+  FakeFrame frame;
+};
+
+TEST(Plausibility, AForceThatACellWithAFilterShowsLateIsNoRiseOnTheWayAway) {
+  FilteredCell cell;
+  cell.move_away();
+  EXPECT_FALSE(cell.rises_to(1.32)) << cell.frame.found->why;
+}
+
+TEST(Plausibility, AForceBeyondThePredictionRisesOnTheWayAwayWhateverTheFilter) {
+  FilteredCell cell;
+  cell.move_away();
+  ASSERT_TRUE(cell.rises_to(1.6));
+  EXPECT_EQ(cell.frame.found->disbelief, Disbelief::drive);
+}
+
+TEST(Plausibility, AForceThatRisesWhenTheFilterIsOverRisesOnTheWayAway) {
+  FilteredCell cell;
+  EXPECT_FALSE(cell.frame.until_noticed(0.4, [](double) { return Place(1e-3, 1.065); }));
+  cell.move_away();
+  ASSERT_TRUE(cell.rises_to(1.32));
+  EXPECT_EQ(cell.frame.found->disbelief, Disbelief::drive);
+}
+
 // After an overload of the cell: 0.5 N was shown before it, and 4.6 N is the first force on the way
 // back.
 TEST(Plausibility, OnAWayAwayThatBeganInTheDarkTheFirstForceIsItsBegin) {
