@@ -46,6 +46,7 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
   press.relaxes_N_s = relaxes_N_s();
   press.holds = motion.holds;
   press_.begin(press, now);
+  shown_ = (state_ == State::standing ? since_ : now) + from_seconds(motion.late_s) + kOnTheWay;
   state_ = State::moving;
   motion_ = motion;
   since_ = now;
@@ -196,6 +197,10 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
+  // The frame may move away before the cell has shown all of the force that it pressed with. Once
+  // the force falls, it has.
+  if (force_N < limit_N) shown_ = MonoTime::min();
+  if (motion_.direction < 0 && t <= shown_) motion_.force_N = std::max(motion_.force_N, force_N);
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
   const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {

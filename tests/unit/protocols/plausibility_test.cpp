@@ -180,6 +180,30 @@ TEST(Plausibility, AForceThatFallsWhileItPressesIsNotBelieved) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::force);
 }
 
+// A cell with a filter goes on to show the force of the motion before, and in its play the drive
+// has not begun to unload yet.
+TEST(Plausibility, AForceThatTheCellShowsLateIsNoRiseOnTheWayAway) {
+  const auto rises = [](double s) { return Place(-5e-5 * s, 1.32 - 0.26 * std::exp(-s / 0.028)); };
+  for (const Duration stood : {Duration(1ms), Duration(1s)}) {
+    FakeFrame frame;
+    frame.eyes.stand(frame.t);
+    if (stood > 100ms)
+      frame.until_noticed(to_seconds(stood), [](double) { return Place(0, 1.06); });
+    Plausibility::Motion m = pressing(5e-5);
+    m.direction = -1;
+    m.force_N = 1.06;
+    m.late_s = 0.035;
+    frame.eyes.begin(m, frame.t);
+    const auto after = frame.until_noticed(3, rises);
+    EXPECT_EQ(after.has_value(), stood > 100ms) << "one that has stood shows its force";
+    if (after) continue;
+    frame.eyes.stand(frame.t);
+    frame.eyes.begin(m, frame.t);
+    EXPECT_FALSE(frame.show(-2e-4, 0.9));
+    EXPECT_TRUE(frame.show(-2.1e-4, 1.3)) << "it has fallen, so it had been shown";
+  }
+}
+
 TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
   FakeFrame frame;
   Plausibility::Motion m = pressing(1e-5);
