@@ -68,11 +68,11 @@ Result<> load_events(const Database& db, ExportContext& c) {
     const auto contact = from_json<ContactEvent>(row.text(1));
     if (contact) c.contacts.push_back({row.integer(0), contact->travel_m});
   };
-  auto contacts = db.each(kEvents, take_contact, c.id, to_string(EventKind::contact));
+  auto contacts = db.each(kEvents, take_contact, c.id, EventKind::contact);
   if (!contacts) return contacts;
   return db.each(
       kEvents, [&c](const Statement& row) { add_settings(c, row.integer(0), row.text(1)); }, c.id,
-      to_string(EventKind::settings));
+      EventKind::settings);
 }
 
 // Finds the last digit of the samples. A simulated sample or a dead weight has as many digits as a

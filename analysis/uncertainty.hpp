@@ -7,10 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "base/enum_words.hpp"
+
 namespace lcrig {
 
 // A: evaluated from the scatter of the readings. B: evaluated from other knowledge or assumptions.
 enum class UncertaintyKind { a, b };
+template <>
+inline constexpr EnumWords<2> kWordsOf<UncertaintyKind>{"A", "B"};
 
 struct UncertaintyPart {
   std::string name;  // "scatter of the readings", "force class"

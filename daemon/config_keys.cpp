@@ -83,7 +83,7 @@ constexpr Key kKeys[] = {
     {"frame.driver", Part::rig, Needs::ports, kRestart,
      [](const Config& c) {
        if (c.bench) return ConfigValue();
-       return text(c.frame_driver == FrameDriver::zwick ? "zwick" : "dead_weight");
+       return text(std::string(to_string(c.frame_driver)));
      },
      nullptr},
     {"frame.port", Part::rig, Needs::machine, kRestart, text_of<&Config::frame_port>, nullptr},

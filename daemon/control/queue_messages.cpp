@@ -161,7 +161,7 @@ Result<BatchAdd> parse_batch_add(const json& params) {
     in.text("name", out.name, true, kNameMax);
     in.text("file", out.file_name, true, kNameMax);
     in.text("table", out.table, true);
-    in.word("order", out.order, BatchOrder::random);
+    in.word("order", out.order);
     in.integer("seed", out.seed, out.order != BatchOrder::given);
     if (out.name.empty()) in.refuse("name", "is empty");
     read_files(in, "protocols", out.protocols);
