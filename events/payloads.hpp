@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/meter_words.hpp"
 #include "base/result.hpp"
 #include "events/event_kind.hpp"
 
@@ -115,7 +116,7 @@ struct SettingsEvent {
   std::optional<std::string> trigger;
   std::optional<double> conversion_time_s;
 
-  bool internal_trigger() const { return trigger == "internal"; }
+  bool internal_trigger() const { return trigger == to_string(LcrTrigger::internal); }
 };
 
 // The state that a new run needs to continue at the step that was interrupted. Written when a step

@@ -116,15 +116,13 @@ Limits parse_limits(const JsonReader& r, const Scope& scope) {
 }
 
 void parse_aperture(const JsonReader& r, Sampling& out) {
-  const JsonReader word = r.at("aperture");
-  std::vector<std::pair<std::string_view, int>> words;
-  for (const auto& [text, aperture] : word_table<Aperture>()) {
-    words.emplace_back(text, static_cast<int>(aperture));
-  }
-  words.emplace_back("auto", -1);
-  const int chosen = word.word<int>(words);
-  out.aperture_auto = chosen < 0;
-  out.lcr.aperture = chosen < 0 ? Aperture::fast : static_cast<Aperture>(chosen);
+  using Choice = std::optional<Aperture>;
+  std::vector<std::pair<std::string_view, Choice>> words;
+  for (const auto& [text, aperture] : word_table<Aperture>()) words.emplace_back(text, aperture);
+  words.emplace_back(kAutoAperture, std::nullopt);
+  const auto chosen = r.word<Choice>("aperture", words);
+  out.aperture_auto = !chosen;
+  out.lcr.aperture = chosen.value_or(Aperture::fast);
 }
 
 void parse_lcr(const JsonReader& r, Sampling& out) {
