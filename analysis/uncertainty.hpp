@@ -23,6 +23,7 @@ struct UncertaintyPart {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   // More readings make it smaller. An error that all readings share does not shrink.
   bool shrinks = false;
+  bool alike_in_repeats = false;  // of one run: more repeats do not make it smaller
   // Common to all runs on this rig, so it cancels in a ratio of two runs.
   bool shared_by_runs = false;
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"

@@ -17,8 +17,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr const char* kDrift = "drift of C0";  // the same in all repeats
-
 void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKind kind,
          std::string basis) {
   UncertaintyPart part;
@@ -70,8 +68,9 @@ Prediction predicted(std::string quantity, std::string unit, const Scatter& part
         "where on a loading the readings fall, and when it turns");
   }
   if (parts.drift > 0) {
-    add(p.uncertainty, kDrift, parts.drift, UncertaintyKind::a,
+    add(p.uncertainty, "drift of C0", parts.drift, UncertaintyKind::a,
         "what the scatter of the rests leaves of it");
+    p.uncertainty.parts.back().alike_in_repeats = true;
   }
   return p;
 }
@@ -96,7 +95,7 @@ double mean_deviation(int repeats) {
 void finish(int repeats, double confidence, Prediction& p) {
   double drift = 0;
   for (const UncertaintyPart& part : p.uncertainty.parts) {
-    if (part.name == kDrift) drift = part.standard_uncertainty;
+    if (part.alike_in_repeats) drift = part.standard_uncertainty;
   }
   SlopePart own{std::sqrt(std::max(0.0, p.standard_error * p.standard_error - drift * drift))};
   if (repeats >= 2) own.degrees_of_freedom = repeats - 1;
@@ -106,7 +105,7 @@ void finish(int repeats, double confidence, Prediction& p) {
   p.half_width = (*printed.interval)[1];
   Uncertainty told = p.uncertainty;
   std::erase_if(told.parts, [](const UncertaintyPart& part) {
-    return part.kind == UncertaintyKind::a && part.name != kDrift;
+    return part.kind == UncertaintyKind::a && !part.alike_in_repeats;
   });
   add(told, "scatter", own.se, UncertaintyKind::a, "");
   told.parts.back().degrees_of_freedom = own.degrees_of_freedom;

@@ -33,6 +33,7 @@ struct LevelSettings {
   MeshSettings mesh;  // FEM levels only
   ElectrodeArea electrode_area = ElectrodeArea::reference;  // FEM levels only
   bool fringe = false;  // multiply each capacitor by Love's factor: one medium, no shielding
+  bool operator==(const LevelSettings&) const = default;
 };
 
 // The stack under load. SI.
