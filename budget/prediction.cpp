@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -176,11 +175,6 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
 }
 
 }  // namespace
-
-double expected_half_width(int repeats, double confidence) {
-  const double freedom = repeats < 2 ? std::numeric_limits<double>::infinity() : repeats - 1;
-  return coverage_factor(confidence, freedom) * mean_deviation(repeats);
-}
 
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
                                                const AnalysisOptions& options) {

@@ -130,7 +130,6 @@ class RunsListCommand final : public Command {
   }
 
   static constexpr const char* kCutOffAsTyped = "cut-off";  // kRunCutOff without the blank
-  static constexpr std::int64_t kSecond_ns = 1'000'000'000;
   static constexpr std::size_t kDay = 10;  // length of a date; a time alone means the next one
   std::string specimen_, protocol_, operator_, status_, tag_, since_;
 };

@@ -21,8 +21,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kDay_ns = 86400e9;
-
 Result<double> size_of(const Database& db) {
   auto pages = db.integer("PRAGMA page_count");
   if (!pages) return fail(pages.error());
@@ -112,7 +110,7 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   auto words =
       fmt::format("{:.1f} GB are free for {:.3f} GB of database", free_bytes / 1e9, *bytes / 1e9);
   if (free_bytes < kLeast) return {"disk", Health::bad, words, mend};
-  const double days = static_cast<double>(now_unix_ns - *first) / kDay_ns;
+  const double days = static_cast<double>(now_unix_ns - *first) / static_cast<double>(kDay_ns);
   if (*first == 0 || days < 1) return {"disk", Health::ok, words};
   const double left_days = free_bytes / (*bytes / days);
   constexpr double kMostDays = 3650;
