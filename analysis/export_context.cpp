@@ -119,9 +119,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.area_m2 = c.run.probe_area_m2();
   c.hold_force = has_dead_weights(c.run.frame_capabilities_json);
   add_settings(c, INT64_MIN, c.run.lcr_settings_json);
-  auto clock = DeviceClock::fit(db, run);
-  if (!clock) return fail(clock.error());
-  c.clock = std::move(*clock);
+  if (auto r = keep(DeviceClock::fit(db, run), c.clock); !r) return fail(r.error());
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_events(db, c); !r) return fail(r.error());
   if (auto r = load_digit_ends(db, c); !r) return fail(r.error());

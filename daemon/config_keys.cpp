@@ -2,7 +2,6 @@
 #include "daemon/config_keys.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <string_view>
 
 #include "base/units.hpp"

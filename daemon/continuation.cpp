@@ -31,7 +31,7 @@ Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t r
                                               EventKind kind) {
   return db.first(
       "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC",
-      read_event, run, to_string(kind));
+      read_event, run, kind);
 }
 
 Result<> check_interrupted(const Database& db, std::int64_t run) {

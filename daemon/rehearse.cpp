@@ -2,7 +2,6 @@
 #include "daemon/rehearse.hpp"
 
 #include <boost/asio/co_spawn.hpp>
-#include <chrono>
 #include <exception>
 #include <utility>
 

@@ -5,8 +5,6 @@
 
 #include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/enum_words.hpp"
@@ -66,5 +64,8 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
 
 // C0 k e / (1 - k e) for dielectrics in series. gap_m and closing_m are sums of t/eps_r.
 double delta_capacitance_F(double c0_F, double gap_m, double closing_m);
+
+// What every LevelModel refuses.
+Result<> check_pressure(Pressure pressure);
 
 }  // namespace lcrig

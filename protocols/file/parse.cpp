@@ -16,15 +16,6 @@ namespace lcrig {
 
 namespace {
 
-std::string parse_name(const JsonReader& name) {
-  std::string text = name.nonempty_string(64);
-  const auto good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
-  if (!std::ranges::all_of(text, good)) {
-    name.refuse(fmt::format("\"{}\", expected letters, digits, _ and - only", printable(text)));
-  }
-  return text;
-}
-
 Parameter parse_parameter(const JsonReader& r) {
   Parameter p;
   const std::string name = r.last_key();
@@ -189,7 +180,7 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
 
 void parse_top(const JsonReader& top, Protocol& out) {
   top.expect_format("load-protocol/1");
-  out.name = parse_name(top.at("name"));
+  out.name = read_name(top.at("name"));
   out.title = top.optional_string("title").value_or("");
   out.description = top.optional_string("description").value_or("");
   Scope scope;

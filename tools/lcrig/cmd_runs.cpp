@@ -16,7 +16,6 @@
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/did_you_mean.hpp"
 #include "tools/lcrig/run_database.hpp"
 #include "tools/lcrig/when.hpp"
 

@@ -10,7 +10,6 @@
 #include "storage/chain.hpp"
 #include "storage/database.hpp"
 #include "storage/queue.hpp"
-#include "storage/room.hpp"
 #include "storage/writer_lock.hpp"
 #include "tools/lcrig/console.hpp"
 #include "tools/lcrig/doctor.hpp"
@@ -124,25 +123,19 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
 }
 
 Finding look_at_plans(const Database& db) {
-  const auto has_queue =
-      db.integer("SELECT count(*) FROM sqlite_master WHERE name = 'queue_entry'");
-  if (!has_queue) return unreadable(has_queue.error());
-  std::int64_t planned = 0;  // a database of an older lcrig has no queue
-  if (*has_queue > 0) {
-    const auto bytes = planned_bytes(db);
-    if (!bytes) return unreadable(bytes.error());
-    planned = *bytes;
-  }
+  // A database of an older lcrig has no queue.
+  const auto planned = read_if(has_table(db, "queue_entry"), [&db] { return planned_bytes(db); });
+  if (!planned) return unreadable(planned.error());
   std::error_code unknown;
   const auto folder = fs::absolute(db.path(), unknown).parent_path();
   const auto space = fs::space(folder, unknown);
   if (unknown) {
     return {"disk for plans", Health::warn, "the free space is not known", "df -h"};
   }
-  const double needed = static_cast<double>(planned) + static_cast<double>(kStaysFree_bytes);
+  const double needed = static_cast<double>(*planned) + static_cast<double>(kStaysFree_bytes);
   const auto words = fmt::format(
       "what waits in the queue needs {:.1f} MB, {:.1f} MB have to stay free, {:.1f} MB are free",
-      static_cast<double>(planned) / 1e6, static_cast<double>(kStaysFree_bytes) / 1e6,
+      static_cast<double>(*planned) / 1e6, static_cast<double>(kStaysFree_bytes) / 1e6,
       static_cast<double>(space.available) / 1e6);
   if (static_cast<double>(space.available) >= needed) {
     return {"disk for plans", Health::ok, words};

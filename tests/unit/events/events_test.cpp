@@ -10,7 +10,6 @@
 
 #include "base/strict_json.hpp"
 #include "events/payloads.hpp"
-#include "events/run_event.hpp"
 
 namespace lcrig {
 namespace {
