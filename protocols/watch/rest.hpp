@@ -17,9 +17,9 @@ namespace lcrig {
 constexpr double kNoiseSigmas = 5;  // of the noise of a cell; never reached by chance
 constexpr double kStanding_m = 10e-6;  // a frame that moved less than this still stands
 constexpr double kSureOfDrift = 3;  // standard errors
-
-// The median, which ignores a few spikes. Reorders `values`, which must not be empty.
-double middle(std::vector<double>& values);
+// A difference of two travels may be a digit of the drive. Below, it is only rounding; above, it is
+// motion between two samples.
+constexpr double kLeastDigit_m = 1e-10, kCoarsestDigit_m = 12e-6;
 
 class Rest {
  public:
