@@ -5,7 +5,6 @@
 
 #include <nlohmann/json.hpp>
 #include <utility>
-#include <variant>
 
 #include "base/aside.hpp"
 #include "base/text.hpp"

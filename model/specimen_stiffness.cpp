@@ -18,7 +18,7 @@ namespace lcrig {
 
 namespace {
 
-// For an estimate of times and expected forces; the bound does not depend on it.
+// Used only to estimate times and expected forces; the lower bound does not depend on it.
 constexpr double kTolerance = 0.01;
 
 // Forces of a table, so fine that a layer hardly stiffens from one to the next.

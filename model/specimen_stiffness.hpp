@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a specimen gives way, as its file says. The daemon uses it to plan runs.
+// How far a specimen yields, according to its file. The daemon uses it to plan runs.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ std::function<double(double force_N)> least_shortening(const Specimen& specimen)
 // The shortening with nothing that holds the layers sideways: it stiffens more than any other.
 std::function<double(double force_N)> free_shortening(const Specimen& specimen);
 
-// Expected travel beyond contact, with specimen and frame in series, by the cheapest level that
+// Expected travel beyond contact, for specimen and frame in series, by the cheapest level that
 // applies. Empty when no cheap level describes this specimen.
 std::function<double(double force_N)> expected_compression(
     const Specimen& specimen, Force force_max, std::optional<double> frame_stiffness_N_m);

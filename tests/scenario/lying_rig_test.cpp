@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sensor, a drive or a gateway that says what is not true. The lie must be noticed, the frame
-// stopped and the cause named, and then only that may move which is still believed. The truth comes
-// from the simulated bench.
+// stopped and the cause named. After that only those parts may move the frame that are still
+// trusted. The truth comes from the simulated bench.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,8 +71,8 @@ struct Told {
   const char* step;
   Duration after;
   std::function<void(ZwickSimLies&)> lie;
-  const char* word;  // in the reason
-  const char* end;  // in the reason, if the specimen is left loaded; otherwise empty
+  const char* word;  // must be in the reason
+  const char* end;  // must be in the reason if the specimen is left loaded; otherwise empty
 };
 
 const std::vector<Told>& lies() {
@@ -124,7 +124,7 @@ TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
   }
 }
 
-// Before contact is found this cannot be noticed, so a search is limited in how far it may press.
+// Before contact is found this lie cannot be noticed, so the distance of a search is limited.
 TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
   LyingWorld world;
   world.lie_in("contact", 100ms, [](auto& l) { l.force_held = true; });
@@ -175,7 +175,7 @@ TEST(LyingRig, ATareThatIsLostWhileItStandsIsNoticedByTheJump) {
   EXPECT_LT(world.true_N(), 0.01);
 }
 
-// 5 mN/s, with which a search that stops at a fixed 20 mN would find contact 4 s too early.
+// A drift of 5 mN/s. A search that stops at a fixed 20 mN would find contact 4 s too early.
 TEST(LyingRig, ADriftIsFollowedAndNotTakenForContact) {
   LyingWorld world;
   world.bench.plant.force_drift_N_s = 5e-3;
@@ -270,7 +270,7 @@ class CoarseWorld final : public SessionWorld {
 
 TEST(LyingRig, ACoarseTravelInASlowSearchIsNoStall) {
   for (const double digit_um : {2.0, 10.0}) {
-    for (std::int64_t seed = 1; seed <= 5; ++seed) {
+    for (std::int64_t seed = 1; seed <= 3; ++seed) {
       CoarseWorld world(digit_um, 0.05, seed);
       const auto r = world.run();
       ASSERT_TRUE(r) << r.error().what;

@@ -66,7 +66,7 @@ TEST(Forecast, ARampPassesItsTargetByLagAndRipple) {
   EXPECT_NEAR(f.ramp_N(0.5, 1, 0.2), 1 + 0.2 * 0.04 + 0.01, 1e-9);
   EXPECT_NEAR(f.fastest_ramp_N_s(1, 1.11), 0.1 / 0.04, 1e-9);
   EXPECT_EQ(f.fastest_ramp_N_s(1, 1.005), 0);
-  // From no contact on it also meets the specimen, at a speed of its own.
+  // A ramp that starts without contact also meets the specimen, at a speed of its own.
   const double met = f.stop_N(0.01, 0.1e-3);
   EXPECT_NEAR(f.ramp_N(0, 0.02, 0.001), met, 1e-9);
 }
@@ -84,8 +84,8 @@ TEST(Forecast, AMeasuredStiffnessIsTrustedWithAMargin) {
   EXPECT_NEAR(f.stop_N(0.5, v) - 0.5, 1.5 * 80e3 * stopping_way_m(frame(), v), 1e-6);
 }
 
-// F = k x (1 + c x), of which a stop at a small force has seen little: k(F) = k0 sqrt(1 + 4 c
-// F/k0).
+// F = k x (1 + c x): a stop at a small force has seen little of the curvature. k(F) = k0 sqrt(1 + 4
+// c F/k0).
 TEST(Forecast, AnyCurvatureOfTheContactIsWithinWhatWasMeasuredBeforeIt) {
   const double k0 = 30e3;
   for (const double c : {0.0, 100.0, 3e3, 1e5, 1e7}) {
