@@ -198,7 +198,9 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
   if (*rig && !replay_directory(request.bench)) (*rig)->noise = noise;
-  if (*rig && !known) (*rig)->compression_m = (*rig)->specimen_least_m = {};
+  if (*rig && !known) {
+    (*rig)->compression_m = (*rig)->specimen_least_m = (*rig)->specimen_free_m = {};
+  }
   return std::move(*rig);
 }
 

@@ -43,6 +43,7 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
   press.relaxes_N_s = relaxes_N_s();
   press.holds = motion.holds;
   press_.begin(press, now);
+  shown_ = (state_ == State::standing ? since_ : now) + from_seconds(motion.late_s) + kOnTheWay;
   state_ = State::moving;
   motion_ = motion;
   since_ = now;
@@ -193,6 +194,10 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
+  // The frame may move away before the cell has shown all of the force that it pressed with. Once
+  // the force falls, it has.
+  if (force_N < limit_N) shown_ = MonoTime::min();
+  if (motion_.direction < 0 && t <= shown_) motion_.force_N = std::max(motion_.force_N, force_N);
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
   const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {
@@ -231,7 +236,9 @@ double Plausibility::stall_s() const {
   if (motion_.direction == 0) {
     return std::max(figures_.stall_s, 4 * figures_.order_force_N / motion_.rate_N_s);
   }
-  const double way_m = std::max(1.5 * figures_.against_m, 3 * digit_m_);
+  // A travel that has not changed yet may be as coarse as one can be.
+  const double digit_m = digit_m_ > 0 ? digit_m_ : kCoarsestDigit_m;
+  const double way_m = std::max(1.5 * figures_.against_m, 3 * digit_m);
   return std::max(figures_.stall_s, way_m / motion_.speed_m_s);
 }
 

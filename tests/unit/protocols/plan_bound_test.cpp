@@ -47,6 +47,21 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
   EXPECT_THAT(refusal(two("1"), frame_rig()), HasSubstr("1.66 N"));
 }
 
+// The run compares noisy samples with the limit.
+TEST(Plan, TheSpeedThatARefusalNamesLeavesRoomForTheNoiseOfTheCell) {
+  Rig rig = frame_rig();
+  rig.force_noise_N = 0.01;
+  const auto load = [](const std::string& speed) {
+    return R"({"id":"l","do":"move_until","until":{"force_N":1},"timeout_s":400,"speed_mm_s":)" +
+           speed + "}";
+  };
+  const double v = std::stod(advised(refusal(load("1"), rig), "/steps/0/speed_mm_s")) * 1e-3;
+  const double worst = 1 + 60e3 * (v * 1e-3 + v * v / 0.1);
+  EXPECT_LE(worst, 1.5 - kNoiseSigmas * 0.01 + 1e-3);
+  EXPECT_GT(worst, 1.4);
+  EXPECT_EQ(refusal(load("0.86"), rig), "planned") << "a faster one may be taken";
+}
+
 TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {
   const auto load = [](const std::string& force_N) {
     return R"({"id":"l","do":"move_until","until":{"force_N":)" + force_N +

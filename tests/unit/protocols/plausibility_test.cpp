@@ -129,6 +129,36 @@ TEST(Plausibility, TheSlowestSpeedOfACoarseTravelIsNoStall) {
   })) << frame.found->why;
 }
 
+// Until the first motion nobody knows the digit: the travel of a frame that stands shows none.
+TEST(Plausibility, TheFirstSlowMotionOfACoarseTravelIsNoStall) {
+  for (const double digit_m : {2e-6, 5e-6, 10e-6, 12e-6, 20e-6}) {
+    for (const double speed_m_s : {0.1e-6, 0.92e-6, 5e-6}) {
+      for (const double part : {0.01, 0.5, 0.99}) {  // of the first digit that is behind it
+        FakeFrame frame;
+        frame.eyes.begin(pressing(speed_m_s), frame.t);
+        EXPECT_FALSE(frame.until_noticed(
+            80e-6 / speed_m_s,
+            [&](double s) {
+              return Place(std::floor(part + speed_m_s * s / digit_m) * digit_m, 0.0);
+            }))
+            << digit_m << " m at " << speed_m_s << " m/s: " << frame.found->why;
+      }
+    }
+  }
+}
+
+// Then a stall is one when the frame was told to go farther than the coarsest digits.
+TEST(Plausibility, ADriveThatStallsBeforeItsDigitIsKnownIsNoticedAfterThreeOfTheCoarsest) {
+  for (const double speed_m_s : {0.92e-6, 5e-6, 1e-4, 1e-3}) {
+    FakeFrame frame;
+    frame.eyes.begin(pressing(speed_m_s), frame.t);
+    const auto after = frame.until_noticed(200, [](double) { return Place(0.0, 0.0); });
+    ASSERT_TRUE(after) << speed_m_s;
+    EXPECT_LE(*after, 1.01 * std::max(2.0, 36e-6 / speed_m_s) + 0.1) << speed_m_s;
+    EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  }
+}
+
 // In a fast approach with few samples per second no two travels are near each other.
 TEST(Plausibility, TheWayBetweenTwoSamplesIsNoDigit) {
   FakeFrame frame;
@@ -148,6 +178,30 @@ TEST(Plausibility, AForceThatFallsWhileItPressesIsNotBelieved) {
   ASSERT_TRUE(after);
   EXPECT_LE(*after, 3.3);
   EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+// A cell with a filter goes on to show the force of the motion before, and in its play the drive
+// has not begun to unload yet.
+TEST(Plausibility, AForceThatTheCellShowsLateIsNoRiseOnTheWayAway) {
+  const auto rises = [](double s) { return Place(-5e-5 * s, 1.32 - 0.26 * std::exp(-s / 0.028)); };
+  for (const Duration stood : {Duration(1ms), Duration(1s)}) {
+    FakeFrame frame;
+    frame.eyes.stand(frame.t);
+    if (stood > 100ms)
+      frame.until_noticed(to_seconds(stood), [](double) { return Place(0, 1.06); });
+    Plausibility::Motion m = pressing(5e-5);
+    m.direction = -1;
+    m.force_N = 1.06;
+    m.late_s = 0.035;
+    frame.eyes.begin(m, frame.t);
+    const auto after = frame.until_noticed(3, rises);
+    EXPECT_EQ(after.has_value(), stood > 100ms) << "one that has stood shows its force";
+    if (after) continue;
+    frame.eyes.stand(frame.t);
+    frame.eyes.begin(m, frame.t);
+    EXPECT_FALSE(frame.show(-2e-4, 0.9));
+    EXPECT_TRUE(frame.show(-2.1e-4, 1.3)) << "it has fallen, so it had been shown";
+  }
 }
 
 TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
