@@ -211,7 +211,7 @@ json to_json(const Uncertainty& b) {
   for (const UncertaintyPart& p : b.parts) {
     parts.push_back({{"part", p.name},
                      {"standard_uncertainty", number(p.standard_uncertainty)},
-                     {"kind", p.kind == UncertaintyKind::a ? "A" : "B"},
+                     {"kind", to_string(p.kind)},
                      {"degrees_of_freedom", number(p.degrees_of_freedom)},
                      {"shrinks_with_readings", p.shrinks},
                      {"shared_by_runs", p.shared_by_runs},

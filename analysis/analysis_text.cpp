@@ -90,8 +90,7 @@ void append_uncertainty(std::string& out, const Uncertainty& b) {
     const std::string freedom =
         std::isfinite(p.degrees_of_freedom) ? fmt::format("{:.0f}", p.degrees_of_freedom) : "inf";
     out += fmt::format("  {:<24} {:<10.3g} {} {:<5} {:<8} {}\n", p.name, p.standard_uncertainty,
-                       p.kind == UncertaintyKind::a ? "A" : "B", freedom,
-                       p.shrinks ? "shrinks" : "stays", p.basis);
+                       to_string(p.kind), freedom, p.shrinks ? "shrinks" : "stays", p.basis);
   }
   out += fmt::format("  combined {:.3g}, expanded {:.3g} (k = {:.2f}, {:g} %)\n", b.combined,
                      b.expanded, b.coverage_factor, b.confidence * 100);

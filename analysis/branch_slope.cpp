@@ -155,10 +155,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   }
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
-  if (b.lines.size() == 1) {
-    add_remark(r.sensitivity.reason,
-               "one cycle: the interval knows nothing of what differs between cycles");
-  }
+  if (b.lines.size() == 1) add_remark(r.sensitivity.reason, kOneCycle);
   add_remark(r.sensitivity.reason, basis.cycles.why_left_out);
   r.scatter_basis = error.basis;
   if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);

@@ -9,7 +9,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kMost = 0.995;  // largest rho tried; nearer to 1 a stretch's mean says nothing
+constexpr double kMostRho = 0.995;  // largest rho tried; nearer to 1 a stretch's mean says nothing
 constexpr int kSteps = 40;  // of the golden section
 
 std::int64_t parameters(const EvenStretch& s) {
@@ -140,7 +140,7 @@ Correlation fit_correlation(const std::vector<EvenStretch>& stretches) {
   if (freedom < 2) return out;
   out.freedom = freedom;
   if (squares <= 0) return out;
-  double low = 0, high = kMost;
+  double low = 0, high = kMostRho;
   const double ratio = 1 / std::numbers::phi;
   double a = high - ratio * (high - low), b = low + ratio * (high - low);
   double at_a = deviance(stretches, a), at_b = deviance(stretches, b);

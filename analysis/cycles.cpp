@@ -18,8 +18,6 @@ constexpr double kCounts = 0.2;  // of the largest force: a larger excursion is 
 // Standard deviation of the force on a plateau, as a share of the peak. A mere turn has 0.6 %.
 constexpr double kSteadyPlateau = 0.001, kShakyPlateau = 0.004;
 constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees of freedom
-constexpr const char* kOneCycle =
-    "one cycle: the interval knows nothing of what differs between cycles";
 
 void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
   if (highest < kCounts * view.peak_N) return;

@@ -31,4 +31,10 @@ constexpr double kInterpolated = 2.0 / 3;
 // Fewest readings from which the mean and scatter of a stretch without load are computed.
 constexpr std::int64_t kLeastOfRest = 3;
 
+// What an interval does not know.
+inline constexpr const char* kOneCycle =
+    "one cycle: the interval knows nothing of what differs between cycles";
+inline constexpr const char* kOneRepeat =
+    "one repeat: the interval knows nothing of what differs between repeats";
+
 }  // namespace lcrig

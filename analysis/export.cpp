@@ -224,9 +224,7 @@ Result<ExportedRun> export_run(const Database& db, std::int64_t run, const Expor
     if (!r) return fail(r.error());
     out.files.push_back((folder / file_name(layout)).string());
   }
-  auto chain = checked.get();
-  if (!chain) return fail(chain.error());
-  out.chain = std::move(*chain);
+  if (auto r = keep(checked.get(), out.chain); !r) return fail(r.error());
   if (auto r = write_package(&out.chain); !r) return fail(r.error());
   return out;
 }

@@ -68,11 +68,11 @@ Result<> load_events(const Database& db, ExportContext& c) {
     const auto contact = from_json<ContactEvent>(row.text(1));
     if (contact) c.contacts.push_back({row.integer(0), contact->travel_m});
   };
-  auto contacts = db.each(kEvents, take_contact, c.id, to_string(EventKind::contact));
+  auto contacts = db.each(kEvents, take_contact, c.id, EventKind::contact);
   if (!contacts) return contacts;
   return db.each(
       kEvents, [&c](const Statement& row) { add_settings(c, row.integer(0), row.text(1)); }, c.id,
-      to_string(EventKind::settings));
+      EventKind::settings);
 }
 
 // Finds the last digit of the samples. A simulated sample or a dead weight has as many digits as a
@@ -119,9 +119,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.area_m2 = c.run.probe_area_m2();
   c.hold_force = has_dead_weights(c.run.frame_capabilities_json);
   add_settings(c, INT64_MIN, c.run.lcr_settings_json);
-  auto clock = DeviceClock::fit(db, run);
-  if (!clock) return fail(clock.error());
-  c.clock = std::move(*clock);
+  if (auto r = keep(DeviceClock::fit(db, run), c.clock); !r) return fail(r.error());
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_events(db, c); !r) return fail(r.error());
   if (auto r = load_digit_ends(db, c); !r) return fail(r.error());

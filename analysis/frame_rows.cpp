@@ -19,9 +19,7 @@ Result<FrameRows> FrameRows::open(const Database& db, std::int64_t run) {
   auto reader = std::make_unique<Reader>();
   const bool ahead = *last > kPieceRows;
   if (ahead) {
-    auto own = open_read_only(db.path(), db.vfs());
-    if (!own) return fail(own.error());
-    reader->own = std::move(*own);
+    if (auto r = keep(open_read_only(db.path(), db.vfs()), reader->own); !r) return fail(r.error());
   }
   auto rows = (ahead ? reader->own : db)
                   .query(

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The change of capacitance from C0 to the highest level.
-#include <cmath>
 
 #include "analysis/metrics.hpp"
 
@@ -92,9 +91,7 @@ HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& le
                           error_of_drift(scene.drift, times_s), recovery(scene, times_s)};
   out.delta_C.estimate =
       estimate_of_parts(*top->delta_C_fF, out.parts_of_delta_C, scene.options.confidence);
-  if (top->repeats == 1) {
-    out.delta_C.reason = "one repeat: the interval knows nothing of what differs between repeats";
-  }
+  if (top->repeats == 1) out.delta_C.reason = kOneRepeat;
   return out;
 }
 

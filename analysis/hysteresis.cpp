@@ -308,9 +308,7 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
         "not resolved: noise and the instant of the readings alone can make {:.2g} %", limit);
   }
   if (from.cycles.size() == 1) {
-    for (Metric* m : {&h.largest_gap, &h.area}) {
-      add_remark(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
-    }
+    for (Metric* m : {&h.largest_gap, &h.area}) add_remark(m->reason, kOneCycle);
   }
   h.loop = loop.points;
   h.in_readings =

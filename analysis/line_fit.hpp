@@ -52,7 +52,9 @@ double chi_square_quantile(double probability, double degrees_of_freedom);
 double f_tail(double f, double dof1, double dof2);
 double normal_quantile(double probability);
 
-double median(std::vector<double> values);  // precondition: not empty
+// The mean of the two in the middle when the count is even; `upper_median` of base/online.hpp is
+// one of the values. Precondition: not empty.
+double median(std::vector<double> values);
 // 1.4826 times the median absolute deviation from the median; 0 for fewer than two values.
 double robust_sigma(const std::vector<double>& values);
 

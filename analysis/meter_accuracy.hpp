@@ -13,18 +13,15 @@
 #include <string>
 #include <string_view>
 
+#include "base/meter_words.hpp"
 #include "base/result.hpp"
 
 namespace lcrig {
 
-enum class MeterSpeed { fast, medium, slow };
-template <>
-inline constexpr EnumWords<3> kWordsOf<MeterSpeed>{"fast", "medium", "slow"};
-
 struct MeterSetting {
   double frequency_Hz = 1000;
   double level_V = 1;  // rms
-  MeterSpeed speed = MeterSpeed::medium;
+  Aperture aperture = Aperture::medium;
   int average = 1;
   bool internal_trigger = false;
   std::optional<double> conversion_s;  // of one reading, averaging included; absent: not recorded

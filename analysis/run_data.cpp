@@ -2,21 +2,15 @@
 #include "analysis/run_data.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "analysis/align.hpp"
 #include "analysis/pieces.hpp"
+#include "base/meter_words.hpp"
 
 namespace lcrig {
 
 namespace {
-
-// True if a function of the meter, as it is stored, measures a capacitance.
-bool measures_capacitance(std::string_view function) {
-  constexpr std::array<std::string_view, 4> kFunctions{"Cp-D", "Cp-Rp", "Cs-D", "Cs-Rs"};
-  return std::ranges::find(kFunctions, function) != kFunctions.end();
-}
 
 // Readings less than this time before contact may be of a specimen that is already touched.
 constexpr double kBeforeContact_s = 1;
@@ -200,7 +194,8 @@ class Loader {
     const std::int64_t index = of_level == nullptr ? 0 : row.optional_integer(7).value_or(0);
     const auto capacitance = row.optional_real(3);
     if (!capacitance) {
-      ++(measures_capacitance(row.text(9)) ? out_.overloads : out_.other_function);
+      const auto function = parse_word<LcrFunction>(row.text(9));
+      ++(function && is_capacitance(*function) ? out_.overloads : out_.other_function);
       return {};
     }
     if (!(std::abs(*capacitance) < kNoCapacitance_F)) {

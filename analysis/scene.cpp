@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "analysis/metrics.hpp"
+#include "storage/flags.hpp"
 
 namespace lcrig {
 
@@ -27,10 +28,10 @@ constexpr double kAlmost = 1 + 1e-9;  // keeps 3 that is rounded to 2.999... at 
 // include readings of a touched specimen.
 constexpr double kUnloaded = 0.002;
 // Flags of readings that are not trusted: beside an overload, or the first after the link was lost.
-constexpr std::uint8_t kNotTrusted = (1 << 0) | (1 << 2);  // storage/flags.hpp
+constexpr std::uint32_t kNotTrusted = lcr_flag::kPrimaryOverload | lcr_flag::kAfterResync;
 
 auto key(const MeterSetting& s) {
-  return std::tuple(s.frequency_Hz, s.level_V, s.speed, s.average);
+  return std::tuple(s.frequency_Hz, s.level_V, s.aperture, s.average);
 }
 
 // Chooses the setting with most readings, or if there are levels, with most readings in levels.

@@ -242,10 +242,7 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
                "nothing scatters: an interval of no width is not an honest one, look at the "
                "resolution of the readings");
   }
-  if (scatter->one_repeat) {
-    add_remark(r.sensitivity.reason,
-               "one repeat: the interval knows nothing of what differs between repeats");
-  }
+  if (scatter->one_repeat) add_remark(r.sensitivity.reason, kOneRepeat);
 }
 
 // Estimates scatter that all repeats share (from seating, probe, electrode) and that looks like the

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <vector>
 
 #include "analysis/analysis.hpp"

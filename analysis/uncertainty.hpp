@@ -7,10 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "base/enum_words.hpp"
+
 namespace lcrig {
 
 // A: evaluated from the scatter of the readings. B: evaluated from other knowledge or assumptions.
 enum class UncertaintyKind { a, b };
+template <>
+inline constexpr EnumWords<2> kWordsOf<UncertaintyKind>{"A", "B"};
 
 struct UncertaintyPart {
   std::string name;  // "scatter of the readings", "force class"
@@ -19,6 +23,7 @@ struct UncertaintyPart {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   // More readings make it smaller. An error that all readings share does not shrink.
   bool shrinks = false;
+  bool alike_in_repeats = false;  // of one run: more repeats do not make it smaller
   // Common to all runs on this rig, so it cancels in a ratio of two runs.
   bool shared_by_runs = false;
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"

@@ -26,7 +26,7 @@ struct Lasting {
 
 Lasting lasting_of(const MeterSetting& meter, const json& drawn) {
   const auto allowed =
-      lcr6100::basic_accuracy(meter.speed == MeterSpeed::fast, meter.frequency_Hz, meter.level_V);
+      lcr6100::basic_accuracy(meter.aperture == Aperture::fast, meter.frequency_Hz, meter.level_V);
   const auto value = [&](const char* name) { return drawn[name].get<double>(); };
   return {value("meter_gain") * allowed.gain, value("meter_offset") * allowed.offset_F,
           (1 + value("cell_gain")) * (1 + value("probe_area")), value("creep")};

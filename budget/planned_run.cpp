@@ -14,19 +14,11 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};  // relative, of the model
-
-MeterSpeed speed_of(Aperture a) {
-  return a == Aperture::fast     ? MeterSpeed::fast
-         : a == Aperture::medium ? MeterSpeed::medium
-                                 : MeterSpeed::slow;
-}
-
 MeterSetting setting_of(const LcrSettings& s, const LcrCapabilities& caps) {
   MeterSetting out;
   out.frequency_Hz = s.frequency.si();
   out.level_V = s.level.si();
-  out.speed = speed_of(s.aperture);
+  out.aperture = s.aperture;
   out.average = s.average;
   out.internal_trigger = s.trigger == LcrTrigger::internal;
   out.conversion_s = to_seconds(caps.conversion_time(s));
@@ -35,7 +27,7 @@ MeterSetting setting_of(const LcrSettings& s, const LcrCapabilities& caps) {
 
 double reading_noise_F(const MeterSetting& m, const Rig& rig) {
   if (!rig.noise) return meter_noise_F(m);
-  const double once = rig.noise->capacitance_F[static_cast<std::size_t>(m.speed)];
+  const double once = rig.noise->capacitance_F[static_cast<std::size_t>(m.aperture)];
   return once * (1000 / m.frequency_Hz) / m.level_V / std::sqrt(m.average);
 }
 
@@ -261,7 +253,7 @@ Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area p
   Result<LevelChoice> choice = fail(Errc::bug, "no tolerance");
   double tolerance = 0;
   ErrorEstimator estimator(specimen);  // used again, because it keeps its solutions
-  for (const double t : kTolerances) {
+  for (const double t : kUsefulTolerances) {
     tolerance = t;
     choice = choose_level(estimator, t, most);
     if (choice) break;
@@ -292,7 +284,7 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   out.reading_noise_F = reading_noise_F(out.meter, rig);
   if (rig.noise) {
     out.force_noise_N = rig.noise->force_N;
-    out.noise_guessed = rig.noise->guessed[static_cast<std::size_t>(out.meter.speed)];
+    out.noise_guessed = rig.noise->guessed[static_cast<std::size_t>(out.meter.aperture)];
     out.noise_basis = rig.noise->basis + (out.noise_guessed ? ": a guess" : "");
   }
   out.interval_s = reading_interval_s(plan.lcr, rig.lcr);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -16,8 +15,6 @@
 namespace lcrig {
 
 namespace {
-
-constexpr const char* kDrift = "drift of C0";  // the same in all repeats
 
 void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKind kind,
          std::string basis) {
@@ -70,8 +67,9 @@ Prediction predicted(std::string quantity, std::string unit, const Scatter& part
         "where on a loading the readings fall, and when it turns");
   }
   if (parts.drift > 0) {
-    add(p.uncertainty, kDrift, parts.drift, UncertaintyKind::a,
+    add(p.uncertainty, "drift of C0", parts.drift, UncertaintyKind::a,
         "what the scatter of the rests leaves of it");
+    p.uncertainty.parts.back().alike_in_repeats = true;
   }
   return p;
 }
@@ -96,7 +94,7 @@ double mean_deviation(int repeats) {
 void finish(int repeats, double confidence, Prediction& p) {
   double drift = 0;
   for (const UncertaintyPart& part : p.uncertainty.parts) {
-    if (part.name == kDrift) drift = part.standard_uncertainty;
+    if (part.alike_in_repeats) drift = part.standard_uncertainty;
   }
   SlopePart own{std::sqrt(std::max(0.0, p.standard_error * p.standard_error - drift * drift))};
   if (repeats >= 2) own.degrees_of_freedom = repeats - 1;
@@ -106,7 +104,7 @@ void finish(int repeats, double confidence, Prediction& p) {
   p.half_width = (*printed.interval)[1];
   Uncertainty told = p.uncertainty;
   std::erase_if(told.parts, [](const UncertaintyPart& part) {
-    return part.kind == UncertaintyKind::a && part.name != kDrift;
+    return part.kind == UncertaintyKind::a && !part.alike_in_repeats;
   });
   add(told, "scatter", own.se, UncertaintyKind::a, "");
   told.parts.back().degrees_of_freedom = own.degrees_of_freedom;
@@ -177,11 +175,6 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
 }
 
 }  // namespace
-
-double expected_half_width(int repeats, double confidence) {
-  const double freedom = repeats < 2 ? std::numeric_limits<double>::infinity() : repeats - 1;
-  return coverage_factor(confidence, freedom) * mean_deviation(repeats);
-}
 
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
                                                const AnalysisOptions& options) {

@@ -80,10 +80,6 @@ struct Prediction {
   double relative() const { return standard_error / std::abs(value); }
 };
 
-// Expected half-width of the interval of a mean over `repeats`, in standard errors. The repeats are
-// treated as a sample.
-double expected_half_width(int repeats, double confidence);
-
 // Predicts the sensitivity in each range, then the dynamic range. Errors: a reading noise, interval
 // or area that is not positive; a setting of the meter outside its tables.
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,

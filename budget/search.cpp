@@ -12,11 +12,9 @@ namespace {
 
 constexpr std::int64_t kSteps[] = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500, 1000, 2000, 5000};
 
-constexpr const char* kOneCycle =
+constexpr const char* kOneCycleAlone =
     "one cycle: the interval knows nothing of what differs between cycles, and analyze will print "
     "a wider one, which takes the curve's own shape for scatter";
-constexpr const char* kOneRepeat =
-    "one repeat: the interval knows nothing of what differs between repeats";
 
 // Number of repeats that are planned to meet a target, where the protocol itself has only one.
 constexpr double kRepeatsForTarget = 3;
@@ -158,7 +156,7 @@ class Search {
     }
     if (!any) out.refused = out.predictions.front().reason;
     if (any && !out.tells_repeats()) {
-      add_remark(out.note, run->levels.empty() ? kOneCycle : kOneRepeat);
+      add_remark(out.note, run->levels.empty() ? kOneCycleAlone : kOneRepeat);
     }
   }
 

@@ -32,6 +32,10 @@ struct LevelChoice {
   std::vector<Omission> left_out;
 };
 
+// Relative tolerances of delta C, tried in this order. The first is finer than any measurement
+// here; the last still allows a comparison.
+inline constexpr double kUsefulTolerances[] = {1e-3, 1e-2, 0.1};
+
 // Limit of the time that a search may take. The model has no clock, so the caller lends one. A
 // refusal then also says how long the best level would take.
 struct SearchTime {

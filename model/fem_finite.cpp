@@ -222,10 +222,8 @@ std::optional<Pressure> FemFinite::last_converged() const {
 }
 
 Result<StackState> FemFinite::at_pressure(Pressure pressure) {
+  if (auto ok = check_pressure(pressure); !ok) return fail(ok.error());
   const double p = pressure.si();
-  if (!std::isfinite(p) || p < 0) {
-    return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)", p);
-  }
   const auto dead = dead_of(p);
   if (!dead) return fail(dead.error());
   if (auto ok = reach(*dead); !ok) return fail(ok.error());

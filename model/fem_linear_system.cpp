@@ -22,7 +22,7 @@ constexpr double kRoundingWork = 1e-13;
 constexpr double kSameHeight = 1e-12;  // heights of rows that differ by rounding
 constexpr int kMostSolves = 12;
 constexpr std::size_t kMostDofs = 2 * kMostNodes * kMostNodes;
-constexpr std::size_t kMostPressures = (kMostDegree * (kMostDegree + 1) / 2 + 3) / 4 * 4;
+constexpr std::size_t kPaddedPressures = (kMostDegree * (kMostDegree + 1) / 2 + 3) / 4 * 4;
 constexpr std::size_t kMostPadded = (kMostDofs + kTileRows - 1) / kTileRows * kTileRows;
 
 double product(const std::vector<double>& a, const std::vector<double>& b) {
@@ -129,7 +129,7 @@ void LinearSystem::evaluate(const std::vector<double>& u) {
   add_volumes(u, lack_);
   residual_ = space_.unit_load();
   std::array<double, kMostDofs> local, force;
-  std::array<double, kMostPressures> pressure;
+  std::array<double, kPaddedPressures> pressure;
   for (std::size_t cell = 0; cell < kind_.size(); ++cell) {
     const LinearCell& kind = kinds_[kind_[cell]];
     const double widened = gather(u, cell, local.data());
@@ -230,7 +230,7 @@ LinearSystem::Balance LinearSystem::balance(const std::vector<double>& u) {
   evaluate(u);
   double lack = 0, scale = 0;
   std::array<double, kMostDofs> local, force;
-  std::array<double, kMostPressures> missing;
+  std::array<double, kPaddedPressures> missing;
   const std::array<double, kMostDofs> still{};
   for (std::size_t cell = 0; cell < kind_.size(); ++cell) {
     const LinearCell& kind = kinds_[kind_[cell]];

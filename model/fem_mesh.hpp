@@ -30,6 +30,7 @@ struct MeshSettings {
   // fem_linear can use smaller ones.
   bool mild_corners = false;
   std::size_t max_unknowns = affordable_unknowns();  // a larger mesh is refused before work starts
+  bool operator==(const MeshSettings&) const = default;
 };
 inline constexpr int kFinestMesh = 3;
 inline constexpr int kFinestFiniteMesh = 2;  // at finite strain finer corners fold over early

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/fem_system.hpp"
 
-#include <cmath>
-
 namespace lcrig {
 namespace {
 

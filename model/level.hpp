@@ -5,8 +5,6 @@
 
 #include <memory>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/enum_words.hpp"
@@ -33,6 +31,7 @@ struct LevelSettings {
   MeshSettings mesh;  // FEM levels only
   ElectrodeArea electrode_area = ElectrodeArea::reference;  // FEM levels only
   bool fringe = false;  // multiply each capacitor by Love's factor: one medium, no shielding
+  bool operator==(const LevelSettings&) const = default;
 };
 
 // The stack under load. SI.
@@ -65,5 +64,8 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
 
 // C0 k e / (1 - k e) for dielectrics in series. gap_m and closing_m are sums of t/eps_r.
 double delta_capacitance_F(double c0_F, double gap_m, double closing_m);
+
+// What every LevelModel refuses.
+Result<> check_pressure(Pressure pressure);
 
 }  // namespace lcrig

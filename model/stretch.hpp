@@ -3,9 +3,6 @@
 // form. Used by the levels `hyperelastic` and `bonded` and for bounds on a specimen's stiffness.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "base/enum_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"

@@ -16,13 +16,6 @@ namespace report {
 
 namespace {
 
-std::string order_of(const StoredBatch& batch) {
-  if (!batch.seed) return "in the order of the table";
-  return fmt::format("{}, seed {}",
-                     batch.order == BatchOrder::blocks ? "in blocks" : "in random order",
-                     *batch.seed);
-}
-
 std::string group_name(const BatchGroup& group) {
   const std::string parameters = group.parameters_json == "{}" ? "" : " " + group.parameters_json;
   return fmt::format("{}, {}{}", group.specimen, group.protocol, parameters);
@@ -130,10 +123,11 @@ std::string batch_report_html(const BatchReport& report) {
   const auto good = std::ranges::count_if(report.results, &BatchedResult::counts);
   const std::string title = "Batch " + batch.name;
   std::string body = "<h1>" + text(title) + "</h1>\n";
-  body += paragraph(fmt::format("{} of {} runs ended well; {}, {}; queued {} by {}", good,
-                                report.results.size(), text(batch.file_name), order_of(batch),
-                                iso_time(batch.added_unix_ns), text(batch.added_by)),
-                    "lead");
+  body += paragraph(
+      fmt::format("{} of {} runs ended well; {}, {}; queued {} by {}", good, report.results.size(),
+                  text(batch.file_name), order_words(batch.order, batch.seed.value_or(0)),
+                  iso_time(batch.added_unix_ns), text(batch.added_by)),
+      "lead");
   body += simulated_box(report);
   body += section("failures", "Failures", failures(report));
   body +=

@@ -8,6 +8,7 @@
 
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
+#include "base/online.hpp"
 
 namespace lcrig::report {
 
@@ -24,8 +25,7 @@ double longest_step(const std::vector<RunReading>& readings) {
     steps.push_back(readings[i].t_s - readings[i - 1].t_s);
   }
   if (steps.empty()) return 1;
-  std::ranges::nth_element(steps, steps.begin() + std::ssize(steps) / 2);
-  return 8 * steps[steps.size() / 2];
+  return 8 * upper_median(steps);
 }
 
 // Readings over time, converted by `value`. The line is broken where no readings were taken.

@@ -12,9 +12,6 @@ namespace lcrig::report {
 
 namespace {
 
-// Relative tolerances of delta C, tried in this order. The first is finer than any measurement
-// here; the last still allows a comparison.
-constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};
 constexpr int kSmoothPoints = 40;
 
 // The level that the bench chose. Its other settings come from the JSON that the bench stored.
@@ -51,7 +48,7 @@ std::vector<double> grid_of(const ModelRequest& request, double over_disc) {
 Result<Curve> curve_of(const Specimen& specimen, const std::optional<LevelSettings>& settings,
                        const std::vector<Pressure>& pressures) {
   Result<Curve> curve = fail(Errc::bug, "no tolerance");
-  for (const double tolerance : kTolerances) {
+  for (const double tolerance : kUsefulTolerances) {
     curve = calc_curve(specimen, settings, tolerance, pressures);
     if (curve || settings) break;
   }

@@ -213,7 +213,7 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
                  number(p.standard_uncertainty, p.standard_uncertainty),
                  {fmt::format("<data value='{}'>{:.1f}</data>", share * 100, share * 100),
                   Cell::Kind::number},
-                 p.kind == UncertaintyKind::a ? "A" : "B",
+                 std::string(to_string(p.kind)),
                  degrees(p.degrees_of_freedom),
                  p.shrinks ? "shrink it" : "do not help",
                  text(p.basis)});

@@ -18,6 +18,7 @@ constexpr Duration kAllowance = std::chrono::milliseconds(300);
 constexpr Duration kAfterDone = std::chrono::milliseconds(550);
 // share of the printed time; a lie may also be noticed this early
 constexpr double kQuicker = 0.45;
+constexpr double kDigitsUnseen_m = 36e-6;  // three of the coarsest digits of a travel
 constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
 
 // Examines one lie and its window sample by sample.
@@ -117,7 +118,9 @@ class Look {
     // at most every twentieth is missing, but they may cluster
     const double there = missing > 0 ? 1.2 : 1;
     if (lie_.what == FrameLie::force_frozen || o.speed_m_s <= 0) return there;
-    const double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
+    double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
+    // No motion has shown yet how coarse the travel is.
+    if (o.sent == orders_.front().sent) way_m = std::max(way_m, kDigitsUnseen_m);
     return there * std::max(1.0, way_m / o.speed_m_s / watch_.stall_s);
   }
   bool stopped_within(const Contradiction& c) const {

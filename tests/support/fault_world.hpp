@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/record/database.hpp"
-#include "daemon/rig/surroundings.hpp"
+#include "daemon/rig/drill.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/sim.hpp"

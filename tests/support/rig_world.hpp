@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/rig/surroundings.hpp"
+#include "daemon/rig/drill.hpp"
 #include "daemon/session.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/memory_pipe.hpp"

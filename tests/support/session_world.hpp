@@ -36,6 +36,8 @@ class SessionWorld {
   Bench bench = *find_bench("paper");
   bool in_memory = false;  // keeps the database in memory, not on the disk
   ParameterValues parameters;
+  std::string specimen_name = "paper-1";
+  std::string specimen_text{shipped_specimens().front().text};
   std::vector<Act> acts;
 
   // Returns the outcome, or why the run did not begin.
@@ -44,8 +46,8 @@ class SessionWorld {
     request.protocol_name = "test";
     request.protocol_text = text_;
     request.parameters = parameters;
-    request.specimen_name = "paper-1";
-    request.specimen_text = std::string(shipped_specimens().front().text);
+    request.specimen_name = specimen_name;
+    request.specimen_text = specimen_text;
     auto prepared = prepare_run(std::move(request));
     if (!prepared) return fail(prepared.error());
     SimRequest sim(bench, instruments_for(*prepared));

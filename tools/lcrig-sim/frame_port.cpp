@@ -55,9 +55,7 @@ Result<> FramePort::bind() {
 }
 
 Result<> FramePort::open_pty() {
-  auto pty = Pty::open();
-  if (!pty) return fail(pty.error());
-  pty_ = std::move(*pty);
+  if (auto r = keep(Pty::open(), pty_); !r) return fail(r.error());
   url_ = "pty:" + pty_->path();
   serve(pty_->release_master(), "sim:" + url_);
   return {};

@@ -142,9 +142,7 @@ class SimBench {
 
   // Builds a random machine and specimen, and what a config file says about them.
   Result<> build_random() {
-    auto rig = parse_rig(options_.rig);
-    if (!rig) return fail(rig.error());
-    rig_ = std::move(*rig);
+    if (auto r = keep(parse_rig(options_.rig), rig_); !r) return fail(r.error());
     spdlog::info("{}", describe(*rig_));
     if (!options_.told.empty()) {
       if (auto told = write_whole_file(options_.told, told_json(*rig_) + "\n"); !told) return told;

@@ -38,9 +38,7 @@ Result<Pty> MeterPort::open_pty(bool other_port) const {
 
 Result<> MeterPort::plug(bool other_port) {
   if (pty_) return {};
-  auto pty = open_pty(other_port);
-  if (!pty) return fail(pty.error());
-  pty_ = std::move(*pty);
+  if (auto r = keep(open_pty(other_port), pty_); !r) return fail(r.error());
   last_path_ = pty_->path();
   if (auto linked = make_link(); !linked) {
     pty_.reset();

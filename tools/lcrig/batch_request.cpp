@@ -141,13 +141,4 @@ Outcome<BatchRequest> BatchOptions::read(const Context& context, const std::stri
   return out;
 }
 
-std::string order_words(BatchOrder order, std::int64_t seed) {
-  switch (order) {
-    case BatchOrder::given: return "in the order of the table";
-    case BatchOrder::blocks: return fmt::format("in blocks, seed {}", seed);
-    case BatchOrder::random: return fmt::format("in random order, seed {}", seed);
-  }
-  return {};
-}
-
 }  // namespace lcrig::cli

@@ -44,7 +44,4 @@ class BatchOptions {
   std::string file_, name_, order_;
 };
 
-// "in blocks, seed 1234"
-std::string order_words(BatchOrder order, std::int64_t seed);
-
 }  // namespace lcrig::cli

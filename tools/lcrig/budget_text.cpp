@@ -36,7 +36,7 @@ json to_json(const Prediction& p) {
   for (const UncertaintyPart& part : p.uncertainty.parts) {
     parts.push_back({{"part", part.name},
                      {"standard_uncertainty", part.standard_uncertainty},
-                     {"kind", part.kind == UncertaintyKind::a ? "A" : "B"},
+                     {"kind", to_string(part.kind)},
                      {"shrinks", part.shrinks},
                      {"basis", part.basis}});
   }

@@ -145,16 +145,16 @@ class BudgetCommand final : public Command {
     if (!chain) return Failure(chain.error(), next_after(chain.error()));
     note_if_changed(context, *chain, *run);
     const MeterSetting& m = seen->meter;
-    const auto speed = static_cast<std::size_t>(m.speed);
+    const auto aperture = static_cast<std::size_t>(m.aperture);
     const double once =
         seen->reading_F * (m.frequency_Hz / 1000) * m.level_V * std::sqrt(m.average);
     InstrumentNoise out = bench;
-    for (double& F : out.capacitance_F) F *= once / bench.capacitance_F[speed];
+    for (double& F : out.capacitance_F) F *= once / bench.capacitance_F[aperture];
     out.guessed = {true, true, true};
-    out.guessed[speed] = false;
+    out.guessed[aperture] = false;
     if (seen->force_N) out.force_N = *seen->force_N;
     out.basis = fmt::format("run {}: {:.3g} fF of a reading ({}, {:g} Hz)", *run,
-                            seen->reading_F * 1e15, to_string(m.speed), m.frequency_Hz);
+                            seen->reading_F * 1e15, to_string(m.aperture), m.frequency_Hz);
     return out;
   }
 

@@ -110,8 +110,7 @@ class CheckCommand final : public Command {
     if (!request) return request.error();
     auto client = ControlClient::connect(context);
     if (!client) return unreachable(context, client.error());
-    constexpr auto kPatience = std::chrono::minutes(2);
-    auto plan = client->call("run.plan", to_json(*request), kPatience);
+    auto plan = client->call("run.plan", to_json(*request), kPlanPatience);
     if (plan) return plan;
     Failure refused = plan.error();
     if (refused.refused_request) {  // the daemon's own words propose `lcrig run --dry-run`

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "base/text.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
@@ -95,7 +94,7 @@ class QueueAddCommand final : public Command {
   // Adds the place in the queue and the terms.
   Outcome<bool> put_into(json& params, const Context& context) const {
     if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
-    return terms_.put_into(params, context.clock.unix_ns() / 1'000'000'000);
+    return terms_.put_into(params, context.clock.unix_ns() / kSecond_ns);
   }
 
   std::string protocol_, specimen_, operator_, note_;

@@ -85,7 +85,7 @@ void print_conditions(std::ostream& out, const json& terms) {
   for (const auto& [key, words] :
        {std::pair("not_before_unix_s", "not before"), std::pair("not_after_unix_s", "not after")}) {
     if (!terms.contains(key) || !terms.at(key).is_number()) continue;
-    const auto at_ns = terms.at(key).get<std::int64_t>() * 1'000'000'000;
+    const auto at_ns = terms.at(key).get<std::int64_t>() * kSecond_ns;
     fmt::print(out, "{:11} {}\n", words, format_utc(at_ns));
   }
   if (terms.contains("between") && terms.at("between").is_string()) {

@@ -10,6 +10,7 @@
 #include "base/json_or_null.hpp"
 #include "base/text.hpp"
 #include "budget/search.hpp"
+#include "storage/batches.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
@@ -77,20 +78,19 @@ void predict(const Context& context, const std::string& bench, BatchKind& kind) 
 }
 
 json to_json(const RehearsedEntry& e) {
-  json out{{"position", e.position},
-           {"entry", e.entry},
-           {"line", e.line},
-           {"repeat", e.repeat},
-           {"protocol", e.protocol_name},
-           {"specimen", e.specimen_name},
-           {"state", to_string(e.state)},
-           {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
-           {"reason", e.reason},
-           {"measure_readings", e.measure_readings},
-           {"duration_s", e.duration_s},
-           {"acts", e.acts}};
-  out["run"] = json_or_null(e.run);
-  return out;
+  return json{{"position", e.position},
+              {"entry", e.entry},
+              {"line", e.line},
+              {"repeat", e.repeat},
+              {"protocol", e.protocol_name},
+              {"specimen", e.specimen_name},
+              {"state", to_string(e.state)},
+              {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
+              {"reason", e.reason},
+              {"measure_readings", e.measure_readings},
+              {"duration_s", e.duration_s},
+              {"acts", e.acts},
+              {"run", json_or_null(e.run)}};
 }
 
 json to_json(const BatchKind& k) {

@@ -48,8 +48,7 @@ class RunCommand final : public Command {
       if (!watching) return watching.error();
     }
     // The daemon identifies and configures the instruments before it answers.
-    constexpr auto kPatience = std::chrono::minutes(2);
-    auto started = client->call("run.start", to_json(*start), kPatience);
+    auto started = client->call("run.start", to_json(*start), kPlanPatience);
     if (!started) return refused_run(context, started.error(), *start, protocol_, parameters_);
     const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
     return follow(context, *client, signals, run);
@@ -96,8 +95,7 @@ class RunCommand final : public Command {
   }
 
   Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const RunRequest& start) {
-    constexpr auto kPatience = std::chrono::minutes(2);
-    auto plan = client.call("run.plan", to_json(start), kPatience);
+    auto plan = client.call("run.plan", to_json(start), kPlanPatience);
     if (!plan) return refused_run(context, plan.error(), start, protocol_, parameters_);
     return show(context, *plan, [&](std::ostream& out) {
       print_plan(out, *plan);

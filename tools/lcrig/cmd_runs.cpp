@@ -16,7 +16,6 @@
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/did_you_mean.hpp"
 #include "tools/lcrig/run_database.hpp"
 #include "tools/lcrig/when.hpp"
 
@@ -130,7 +129,6 @@ class RunsListCommand final : public Command {
   }
 
   static constexpr const char* kCutOffAsTyped = "cut-off";  // kRunCutOff without the blank
-  static constexpr std::int64_t kSecond_ns = 1'000'000'000;
   static constexpr std::size_t kDay = 10;  // length of a date; a time alone means the next one
   std::string specimen_, protocol_, operator_, status_, tag_, since_;
 };

@@ -23,6 +23,9 @@ struct ControlAnswer {
 };
 using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
 
+// For a call that plans a run: it may have to wait for the instruments first.
+inline constexpr Duration kPlanPatience = std::chrono::minutes(2);
+
 // The command to propose when no daemon answers: it looks for the daemon, or rehearses instead.
 std::string without_daemon(const std::string& rehearsal);
 // The same for a command that needs a daemon, so that a rehearsal is no substitute.

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <set>
 
 #include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
@@ -61,8 +60,11 @@ std::string node_of(const Machine& machine, const std::string& port) {
   return "";
 }
 
+struct Holder {
+  std::string program, process;  // "minicom", "123"
+};
 struct Holders {
-  std::vector<std::string> names;  // "minicom (process 123)"
+  std::vector<Holder> all;
   bool all_seen = true;  // false: the open files of some processes cannot be seen
 };
 
@@ -83,8 +85,7 @@ Holders holders_of(const Machine& machine, const fs::path& node) {
     const auto pid = process.path().filename().string();
     if (!std::ranges::all_of(pid, is_digit)) continue;
     if (!holds(process.path(), node, out.all_seen)) continue;
-    out.names.push_back(
-        fmt::format("{} (process {})", printable(first_line(process.path() / "comm")), pid));
+    out.all.push_back({first_line(process.path() / "comm"), pid});
   }
   return out;
 }
@@ -122,13 +123,14 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
   findings.push_back(look_at_rights(about, named, there));
   std::error_code unknown;
   const auto holders = holders_of(machine, fs::canonical(path, unknown));
-  for (const auto& holder : holders.names) {
-    const bool ours = holder.starts_with("lcrigd ");
+  for (const auto& holder : holders.all) {
+    const bool ours = holder.program == "lcrigd";
     findings.emplace_back(about, ours ? Health::ok : Health::bad,
-                          fmt::format("{}: {} has it open", printable(named), holder),
+                          fmt::format("{}: {} (process {}) has it open", printable(named),
+                                      printable(holder.program), holder.process),
                           ours ? "" : "end that program");
   }
-  if (holders.names.empty()) {
+  if (holders.all.empty()) {
     findings.emplace_back(about, Health::ok,
                           fmt::format("{}: nobody has it open{}", printable(named),
                                       holders.all_seen ? "" : " of those whom you may look at"));

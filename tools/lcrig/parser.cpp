@@ -91,9 +91,7 @@ using Commands = std::vector<std::unique_ptr<Command>>;
 
 // "protocol list" -> {"protocol", "list"}
 std::vector<std::string> name_words(const Command& command) {
-  std::vector<std::string> words;
-  for (const auto& word : CLI::detail::split(command.name, ' ')) words.push_back(word);
-  return words;
+  return CLI::detail::split(command.name, ' ');
 }
 
 struct Parser {

@@ -10,6 +10,7 @@
 #include "base/day_time.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
+#include "storage/batches.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/protocol_request.hpp"
@@ -139,7 +140,7 @@ Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json&
                             const RunRequest& request, const std::string& protocol,
                             const std::vector<std::string>& assignments) {
   // The daemon looks at the rig, and for a simulated one computes the specimen.
-  auto answer = client.call("queue.add", params, std::chrono::minutes(2));
+  auto answer = client.call("queue.add", params, kPlanPatience);
   if (!answer) return refused_run(context, answer.error(), request, protocol, assignments);
   return show(context, *answer, [&](std::ostream& out) {
     const json& plan = answer->at("plan");

@@ -101,7 +101,7 @@ void note_if_changed(const Context& context, const ChainReport& chain, std::int6
 
 std::string format_utc(std::int64_t unix_ns) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                     fmt::gmtime(static_cast<std::time_t>(unix_ns / 1'000'000'000)));
+                     fmt::gmtime(static_cast<std::time_t>(unix_ns / kSecond_ns)));
 }
 
 std::string run_listing_line(const RunListing& r) {

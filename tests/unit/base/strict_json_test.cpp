@@ -362,7 +362,7 @@ TEST(StrictJson, LinesThatEndWithCarriageReturnsAreCounted) {
   const auto d = parsed("// one\r{ \"a\":\r 1 }");
   EXPECT_EQ(d.key_position("/a").line, 2);
   EXPECT_EQ(d.value_position("/a").line, 3);
-  EXPECT_EQ(d.excerpt(d.key_position("/a")), "{ \"a\":\n  ^");
+  EXPECT_EQ(excerpt(d.text(), d.key_position("/a")), "{ \"a\":\n  ^");
 }
 
 TEST(TextFile, APipeGivesWhatIsWrittenAndIsNotWaitedForWithoutAWriter) {

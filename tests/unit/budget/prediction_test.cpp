@@ -78,7 +78,7 @@ TEST(Budget, SlopeHasTheErrorOfTheDriftThatIsSubtracted) {
   const double rate_fF_s = 40 / std::sqrt(100 * (60 * 60 + 20 * 20) * 2.0);
   EXPECT_THAT(p.standard_error, DoubleNear(std::hypot(own, 0.5 * rate_fF_s), 1e-12));
   // The drift's error is known, so the interval is narrower than if repeats had to determine it.
-  EXPECT_LT(p.half_width, p.standard_error * expected_half_width(4, 0.95));
+  EXPECT_LT(p.half_width, p.standard_error * coverage_factor(0.95, 3));
   EXPECT_GT(p.half_width, 1.96 * p.standard_error);
   EXPECT_GE(p.uncertainty.expanded, p.half_width);
   run.rests.resize(1);
@@ -280,9 +280,15 @@ TEST(Budget, HalfWidthIsWhatTheSlopesOfRepeatsGiveInTheMean) {
     double sum = 0;
     for (int i = 0; i < 20'000; ++i) sum += std::sqrt(squares(random) / (repeats - 1));
     const double expected = coverage_factor(0.95, repeats - 1) * sum / 20'000;
-    EXPECT_NEAR(expected_half_width(repeats, 0.95) / expected, 1, 0.02) << repeats;
+    PlannedRun run = static_run(16, repeats);
+    for (std::size_t i = 0; i < run.levels.size(); ++i) {
+      run.levels[i].repeat = static_cast<int>(i / 3) + 1;
+    }
+    const Prediction p = predict(run)[0];
+    EXPECT_NEAR(p.half_width / p.standard_error / expected, 1, 0.02) << repeats;
   }
-  EXPECT_NEAR(expected_half_width(1, 0.95), 1.96, 0.001);
+  const Prediction once = predict(static_run(16, 1))[0];
+  EXPECT_NEAR(once.half_width / once.standard_error, 1.96, 0.001);
 }
 
 TEST(Budget, OnePressureHasNoSlope) {

@@ -251,7 +251,7 @@ TEST(Aftermath, EveryHazardHoldsUnderEveryTermsWhateverTheStatus) {
               outcome.hazard = hazard;
               const auto after = aftermath_of(outcome, terms_of(policy, unattended), 1, 0);
               ASSERT_TRUE(after.hold);
-              EXPECT_EQ(to_string(*after.hold), to_string(hazard));
+              EXPECT_EQ(after.hold, hazard);
               EXPECT_THAT(after.why, HasSubstr("the reason"));
               EXPECT_NE(after.state, EntryState::skipped);
             }

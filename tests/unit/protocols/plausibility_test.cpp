@@ -129,6 +129,36 @@ TEST(Plausibility, TheSlowestSpeedOfACoarseTravelIsNoStall) {
   })) << frame.found->why;
 }
 
+// Until the first motion nobody knows the digit: the travel of a frame that stands shows none.
+TEST(Plausibility, TheFirstSlowMotionOfACoarseTravelIsNoStall) {
+  for (const double digit_m : {2e-6, 5e-6, 10e-6, 12e-6, 20e-6}) {
+    for (const double speed_m_s : {0.1e-6, 0.92e-6, 5e-6}) {
+      for (const double part : {0.01, 0.5, 0.99}) {  // of the first digit that is behind it
+        FakeFrame frame;
+        frame.eyes.begin(pressing(speed_m_s), frame.t);
+        EXPECT_FALSE(frame.until_noticed(
+            80e-6 / speed_m_s,
+            [&](double s) {
+              return Place(std::floor(part + speed_m_s * s / digit_m) * digit_m, 0.0);
+            }))
+            << digit_m << " m at " << speed_m_s << " m/s: " << frame.found->why;
+      }
+    }
+  }
+}
+
+// Then a stall is one when the frame was told to go farther than the coarsest digits.
+TEST(Plausibility, ADriveThatStallsBeforeItsDigitIsKnownIsNoticedAfterThreeOfTheCoarsest) {
+  for (const double speed_m_s : {0.92e-6, 5e-6, 1e-4, 1e-3}) {
+    FakeFrame frame;
+    frame.eyes.begin(pressing(speed_m_s), frame.t);
+    const auto after = frame.until_noticed(200, [](double) { return Place(0.0, 0.0); });
+    ASSERT_TRUE(after) << speed_m_s;
+    EXPECT_LE(*after, 1.01 * std::max(2.0, 36e-6 / speed_m_s) + 0.1) << speed_m_s;
+    EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  }
+}
+
 // In a fast approach with few samples per second no two travels are near each other.
 TEST(Plausibility, TheWayBetweenTwoSamplesIsNoDigit) {
   FakeFrame frame;
@@ -207,6 +237,13 @@ TEST(Plausibility, AForceThatRisesWhenTheFilterIsOverRisesOnTheWayAway) {
   cell.move_away();
   ASSERT_TRUE(cell.rises_to(1.32));
   EXPECT_EQ(cell.frame.found->disbelief, Disbelief::drive);
+}
+
+TEST(Plausibility, AForceThatFellOnTheWayAwayHadBeenShown) {
+  FilteredCell cell;
+  cell.move_away();
+  EXPECT_FALSE(cell.frame.show(1e-3 - 1e-6, 0.9));
+  EXPECT_TRUE(cell.frame.show(1e-3 - 2e-6, 1.3));
 }
 
 // After an overload of the cell: 0.5 N was shown before it, and 4.6 N is the first force on the way

@@ -14,11 +14,11 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-constexpr double kStiffness_N_m = 100e3, kTolerance_N = 0.01, kDoubt_m = 1e-6;
+constexpr double kPressStiffness_N_m = 100e3, kTolerance_N = 0.01, kDoubt_m = 1e-6;
 
 // A contact of 100 N/mm that was found at 1 mm with 0.05 N.
 struct Pressed {
-  Pressed() { eyes.know(t, 1e-3, 0.05, kStiffness_N_m); }
+  Pressed() { eyes.know(t, 1e-3, 0.05, kPressStiffness_N_m); }
   void begin(double felt_N, std::optional<double> relaxes_N_s = std::nullopt, bool holds = false,
              double speed_m_s = 0) {
     PressWatch::Motion m;
@@ -48,7 +48,7 @@ struct Pressed {
 };
 
 double linear(double depth_m, double /*s*/) {
-  return std::max(0.0, kStiffness_N_m * (depth_m + 0.5e-6));
+  return std::max(0.0, kPressStiffness_N_m * (depth_m + 0.5e-6));
 }
 
 TEST(PressWatch, BelievesSpecimensThatPushBack) {
@@ -158,8 +158,8 @@ TEST(PressWatch, SaysHowFarAForceIsReachedAtTheLatest) {
     return 0.06 * linear(x, 0) + std::min(linear(x, 0), 0.1);
   });
   EXPECT_FALSE(depth) << *p.why;
-  EXPECT_GT(*end - 1e-3, 1.0 / kStiffness_N_m);
-  EXPECT_LT(*end - 1e-3, 25.0 / kStiffness_N_m);
+  EXPECT_GT(*end - 1e-3, 1.0 / kPressStiffness_N_m);
+  EXPECT_LT(*end - 1e-3, 25.0 / kPressStiffness_N_m);
 }
 
 }  // namespace

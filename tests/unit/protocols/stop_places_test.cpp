@@ -188,10 +188,10 @@ TEST(StopPlaces, ASafePointIsWhereTheFileSaysSo) {
 TEST(StopPlaces, EveryWordIsReadAsItIsWritten) {
   for (const StopPlace place : {StopPlace::step, StopPlace::level, StopPlace::cycle,
                                 StopPlace::repeat, StopPlace::safe_point}) {
-    EXPECT_EQ(parse_stop_place(to_string(place)), place);
+    EXPECT_EQ(parse_word<StopPlace>(to_string(place)), place);
   }
-  EXPECT_FALSE(parse_stop_place("levels"));
-  EXPECT_FALSE(parse_stop_place(""));
+  EXPECT_FALSE(parse_word<StopPlace>("levels"));
+  EXPECT_FALSE(parse_word<StopPlace>(""));
 }
 
 }  // namespace

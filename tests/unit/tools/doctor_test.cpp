@@ -301,8 +301,6 @@ TEST_F(Doctor, TellsTheSettingsOfTheLastRunWithInstruments) {
   EXPECT_EQ(worst_of(findings), Health::warn);
 }
 
-constexpr std::int64_t kDay_ns = 86'400'000'000'000;
-
 // A database with a run at day 100, and what doctor says about the corrections.
 class DoctorOnCorrections : public ::testing::Test {
  protected:
