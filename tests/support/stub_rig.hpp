@@ -65,6 +65,7 @@ class StubFrame final : public LoadFrame {
   std::function<double(double travel_m)> force_at;  // instead of `force_N`
   double digit_m = 0;  // of the travel that is shown; 0: none
   double noise_N = 0;  // every other sample shows so much more
+  Duration sample_period = std::chrono::milliseconds(100);
   bool never_ends = false;  // a motion
   std::optional<std::string> zero_of;  // origin
   std::vector<std::string> commands;  // that it was given
@@ -117,7 +118,7 @@ class StubFrame final : public LoadFrame {
   // Samples keep coming whatever hangs.
   Task<> send_samples() {
     for (;;) {
-      co_await clock_.wait_for(std::chrono::milliseconds(100));
+      co_await clock_.wait_for(sample_period);
       const FrameSample s = sample();
       if (listener_ != nullptr) listener_->on_samples(std::span(&s, 1));
     }
