@@ -23,6 +23,7 @@ constexpr double kEnough = 0.3;  // of the force at contact; below it further st
 constexpr double kLeft = 0.1;  // of the force at contact; below it the contact may be lost
 constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
 constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
+constexpr double kTail = 1.5;  // a contact that begins softly is left later than its slope tells
 constexpr double kRelaxed = 0.02;  // of the force; a smaller fall from look to look is waited for
                                    // no longer
 constexpr double kSlow_s = 0.15;  // of the force in a second; a faster fall must be excluded
@@ -121,6 +122,22 @@ const Rest& ContactProbe::off_contact(const Rest& after) const {
   const bool is_nearer =
       after.travel_m() && farthest.travel_m() && *after.travel_m() > *farthest.travel_m();
   return is_nearer && after.force_N() - farthest.force_N() > doubt_N ? farthest : after;
+}
+
+double ContactProbe::depth_m() const {
+  const Rest& farthest = looks_.back();
+  const double pressed_N = left_N(looks_.front());
+  const double fallen_N = pressed_N - std::max(0.0, left_N(farthest));
+  if (!touched_->travel_m() || !farthest.travel_m() || !(fallen_N > 0)) return 0;
+  const double way_m = *touched_->travel_m() - *farthest.travel_m();
+  return kTail * way_m * pressed_N / fallen_N;
+}
+
+bool ContactProbe::presses(const Rest& look) const {
+  if (!touched_->travel_m() || !look.travel_m()) return false;
+  const double error_N = kSlopeSigmas * std::hypot(before_.error_N(), look.error_N());
+  return *touched_->travel_m() - *look.travel_m() < depth_m() &&
+         left_N(look) > 2 * error_N + run_.truth.zero_doubt_N();
 }
 
 // Counts the looks in which contact certainly remained, because a step that lost contact would make

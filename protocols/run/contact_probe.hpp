@@ -34,6 +34,11 @@ class ContactProbe {
   // and shows less. After a search that overran its contact, the way back may end too early, with
   // the probe still pressing.
   const Rest& off_contact(const Rest& after) const;
+  // How far back from where it touched the specimen may still be touched. At contact the probe
+  // stands inside it.
+  double depth_m() const;
+  // Whether the probe still presses at this look, so that it is none of the cell without contact.
+  bool presses(const Rest& look) const;
   // Computes the stiffness and passes it to the forecast and to the watch of the force. `after`:
   // the cell without contact. `speed_m_s`: of the search.
   void conclude_stiffness(const Rest& after, double speed_m_s) const;

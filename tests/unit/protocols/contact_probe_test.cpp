@@ -16,6 +16,7 @@ using testing::HasSubstr;
 class Probe : public RunFixture {
  protected:
   static constexpr double kContact_m = 5e-3, kStiffness_N_m = 1e4, kThreshold_N = 0.02;
+  static constexpr double kDeep_N = 0.5;  // a threshold far inside the specimen
   static constexpr double kSpeed_m_s = 1e-4;  // of the search
   static constexpr double kTouched_m = kContact_m + kThreshold_N / kStiffness_N_m;
 
@@ -357,6 +358,23 @@ TEST_F(Probe, TakesItsLastStepWhereTheWayBackStillPresses) {
   const Rest& bare = probe.off_contact(pressing);
   EXPECT_NE(&bare, &pressing);
   EXPECT_LT(bare.force_N(), pressing.force_N());
+}
+
+// The place where the specimen is touched first, as the way back shows it.
+TEST_F(Probe, TellsHowFarBackTheSpecimenMayStillBeTouched) {
+  touch(spring);
+  step_back();
+  EXPECT_GE(probe.depth_m(), kTouched_m - kContact_m);
+  EXPECT_LT(probe.depth_m(), 3 * (kTouched_m - kContact_m));
+}
+
+TEST_F(Probe, StillPressesWhereTheWayBackIsShorterThanThat) {
+  touch(spring);
+  ContactProbe deep(parts(), before_, kDeep_N);
+  frame.travel_m = kContact_m + kDeep_N / kStiffness_N_m;
+  ASSERT_TRUE(run(deep.step_back(frame.travel_m)));
+  EXPECT_TRUE(deep.presses(look_at(kContact_m + 0.2 * kDeep_N / kStiffness_N_m)));
+  EXPECT_FALSE(deep.presses(look_at(kContact_m - 1e-6)));
 }
 
 }  // namespace
