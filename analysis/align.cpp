@@ -26,9 +26,7 @@ Result<Aligned> align(FrameTrack& track, std::int64_t before_ns, std::int64_t as
   const std::int64_t begin = asked_ns - before_ns;
   Aligned out;
   out.middle_ns = begin + (first_byte_ns - begin) / 2;
-  auto state = track.at(out.middle_ns);
-  if (!state) return fail(state.error());
-  out.state = *state;
+  if (auto r = keep(track.at(out.middle_ns), out.state); !r) return fail(r.error());
   const double window = static_cast<double>(first_byte_ns - begin) * 1e-9;
   const double spacing = static_cast<double>(out.state.spacing_ns) * 1e-9;
   out.uncertainty_s =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// When a reading was measured, and the load at that time: the one place for both, for export and
-// analysis alike.
+// Tells when a reading was measured, and which load the specimen had at that time. The export and
+// the analysis both use it, so that they agree.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,16 @@
 
 namespace lcrig {
 
-// How long before its request a reading began: nothing with the bus trigger; with the internal
-// trigger the meter converts all the time, and an answer is of a conversion that ended before it.
+// Tells how long before its request the measurement of a reading began. With the bus trigger this
+// is 0. With the internal trigger the meter converts all the time, and its answer is from a
+// conversion that ended before the request.
 class WindowBefore {
  public:
   WindowBefore() = default;
-  // Settings of the meter, JSON texts, in the order of time. A text that says nothing of the
-  // trigger leaves things as they were.
+  // Takes the settings of the meter (JSON texts) in the order of time. A text that does not name
+  // the trigger changes nothing.
   void add(std::int64_t since_mono_ns, std::string_view settings_json);
-  std::int64_t at(std::int64_t asked_mono_ns);  // ns; times must not run backwards
+  std::int64_t at(std::int64_t asked_mono_ns);  // ns; times must not decrease from call to call
 
  private:
   struct Since {
@@ -33,8 +34,8 @@ class WindowBefore {
 struct Aligned {
   std::int64_t middle_ns = 0;  // monotonic
   FrameState state;
-  // Standard uncertainty of the instant: rectangular over the window and over the spacing of the
-  // frame's samples around it, and what the frame's clock leaves.
+  // Standard uncertainty of the instant. Its parts: the window and the spacing of the frame's
+  // samples around it (both rectangular), and the uncertainty of the frame's clock.
   double uncertainty_s = 0;
 };
 Result<Aligned> align(FrameTrack& track, std::int64_t before_ns, std::int64_t asked_ns,

@@ -23,7 +23,7 @@ Result<> check(const AnalysisOptions& options) {
   return {};
 }
 
-// The readings by themselves: what is under load, what rests, the levels.
+// The first look at the readings: which are under load, which are at rest, and the levels.
 struct Stretches {
   Stretches(const RunData& data, const AnalysisOptions& options)
       : view(look_at(data, options)),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a recorded run to results: every metric with its definition, its standard error and the rows
-// that it used. docs/analysis.md has the definitions and the statistics at length.
+// Turns a recorded run into results: every metric with its definition, its standard error and the
+// number of readings that it used. `lcrig analyze`, the report and the budget use it.
+// docs/analysis.md explains the definitions and the statistics.
 #pragma once
 
 #include <array>
@@ -12,7 +13,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "analysis/definitions.hpp"
@@ -21,13 +21,14 @@
 
 namespace lcrig {
 
-// Facts about the rig that a run does not record. Every assumption is printed with the result.
+// Facts about the rig that a run does not record. Where one is absent, an assumption replaces it,
+// and the assumption is printed with the result.
 struct RigAccuracy {
   std::optional<double> force_class_percent;  // limits of reading; absent: class 1 (weights: 0.1)
   std::optional<double> force_certified_from_N;  // absent: not known
   std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: 0.02
   MeterPlace meter;
-  // The stated limit, else the assumed one.
+  // The stated limit, or the assumed one where none is stated.
   double force_limit_percent(bool dead_weights) const {
     return force_class_percent.value_or(dead_weights ? 0.1 : 1.0);  // ISO 7500-1; masses, local g
   }
@@ -36,20 +37,21 @@ struct RigAccuracy {
 
 struct AnalysisOptions {
   std::vector<PressureRange> ranges{{0, 30}, {35, 100}};
-  bool search_regions = false;  // look for the two linear regions of the curve, too
+  bool search_regions = false;  // also look for the two linear regions of the curve
   double confidence = kConfidence;
   RigAccuracy rig;
 };
 
-// A number and what its scatter says. Type A only: the systematic parts stand in the uncertainties.
+// A result with its type A uncertainty, from scatter alone. RunAnalysis::uncertainties has all
+// parts.
 struct Estimate {
   Estimate() = default;
   explicit Estimate(double v) : value(v) {}
   double value = 0;
   std::optional<double> standard_error;
-  std::optional<std::array<double, 2>> interval;  // of AnalysisOptions::confidence
+  std::optional<std::array<double, 2>> interval;  // at the confidence of AnalysisOptions
   std::optional<double> degrees_of_freedom;  // of standard_error
-  bool is_deviation = false;  // a standard deviation: the interval is that of chi-square
+  bool is_deviation = false;  // of a standard deviation: the interval is from chi-square
 };
 
 struct Metric {
@@ -57,22 +59,22 @@ struct Metric {
   std::string label;  // the same for people: "C0, pF"
   std::string definition;
   std::optional<Estimate> estimate;
-  std::string estimand;  // which branch and time, where there is a choice; else empty
-  std::string reason;  // why there is none, or what to bear in mind; may be empty
+  std::string estimand;  // branch and time it refers to, where there is a choice
+  std::string reason;  // why there is no estimate, or a caveat; may be empty
   std::int64_t rows = 0;  // readings used
 
   explicit operator bool() const { return estimate.has_value(); }
-  double value() const { return estimate->value; }  // only when there is one
+  double value() const { return estimate->value; }  // precondition: there is an estimate
 };
 
-// A part of the standard error of a result.
+// One independent contribution to the standard error of a result.
 struct SlopePart {
-  double se = 0;  // in its unit
+  double se = 0;  // standard error, in the unit of the result
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
-// Where the capacitance at the peak of a cycle is from: a curve through the readings about it, the
-// mean of those that stay there, or the reading nearest to it.
+// How the capacitance at the peak of a cycle was obtained: from a curve through the readings near
+// the peak, from the mean of the readings that stay at the peak, or from the reading nearest to it.
 enum class PeakMethod { fit, plateau, nearest };
 template <>
 inline constexpr EnumWords<3> kWordsOf<PeakMethod>{"fit to the force", "mean of the plateau",
@@ -82,10 +84,10 @@ enum class Direction { up, down };
 template <>
 inline constexpr EnumWords<2> kWordsOf<Direction>{"up", "down"};
 
-// One `measure` step as it was measured.
+// What was measured in one `measure` step.
 struct MeasuredLevel {
   std::int32_t level = 0, repeat = 0, index = 0;
-  Direction direction = Direction::up;  // of the pressure, against the level before in the repeat
+  Direction direction = Direction::up;  // of the pressure, from the level before in the repeat
   double t_s = 0;  // mean time of its readings
   std::optional<double> target_kPa;
   double pressure_kPa = 0;  // mean over the readings, as measured
@@ -94,44 +96,44 @@ struct MeasuredLevel {
   std::optional<double> scatter_fF;  // standard deviation of one reading
   // Standard deviation of the pressure of one reading, and its covariance with the capacitance.
   double pressure_scatter_kPa = 0, covariance_fF_kPa = 0;
-  double trend_ss_fF2 = 0;  // part of the readings' sum of squares that a line in time explains
+  double trend_ss_fF2 = 0;  // part of their sum of squares that a line in time explains
   std::int32_t readings = 0;  // used
-  std::int32_t missing = 0;  // planned, but overloaded or without a force
-  std::int32_t outliers = 0;  // among the used ones; see Outliers
-  std::size_t first = 0, last = 0;  // of RunData::readings: [first, last), those that count
+  std::int32_t missing = 0;  // planned readings that are missing, overloaded or without a force
+  std::int32_t outliers = 0;  // among the readings used; see Outliers
+  std::size_t first = 0, last = 0;  // the readings that count: [first, last) of RunData::readings
 };
-// The same less the drift of the unloaded capacitance.
+// A measured level with the drift of the unloaded capacitance subtracted.
 struct LevelResult : MeasuredLevel {
   explicit LevelResult(const MeasuredLevel& measured) : MeasuredLevel(measured) {}
   double capacitance_pF = 0;
-  double drift_fF = 0;  // that was subtracted
+  double drift_fF = 0;  // the drift that was subtracted
   std::optional<double> delta_C_fF;  // capacitance - C0
 };
 struct LevelResults {
   std::vector<LevelResult> levels;
-  // The straight line goes through the levels of one direction, that with more levels.
+  // The line is fitted to the levels of one direction, the one with more levels.
   Direction line_direction = Direction::up;
 };
 
-// A reading far from the median of its level or rest, or of its neighbours in a loading; kept in
-// every result but the robust ones, the noise and the drift.
+// A reading far from the median of its level or rest, or of its neighbours in a loading. It stays
+// in all results except the robust slopes, the noise and the drift.
 struct Outlier {
   double t_s = 0;
-  std::int32_t level = 0, index = 0;  // level 0: of a rest or of a loading
+  std::int32_t level = 0, index = 0;  // level 0: the reading is from a rest or a loading
   double capacitance_pF = 0;
-  double deviation_fF = 0, deviations = 0;  // the second in standard deviations
+  double deviation_fF = 0, deviations = 0;  // `deviations`: the same in standard deviations
 };
 struct Outliers {
-  std::vector<Outlier> outliers;  // the 1000 largest
+  std::vector<Outlier> outliers;  // only the 1000 with the largest deviations
   std::int64_t outlier_count = 0;
 };
 
 struct BaselineResult {
   Metric c0;  // C0_pF
-  std::string c0_basis;  // what its standard error was made from
+  std::string c0_basis;  // where its standard error comes from
   Metric noise;  // noise_fF, of one reading
   Metric drift;  // baseline_drift_fF_per_h
-  std::optional<double> drift_of_baseline_fF;  // last rest - first rest
+  std::optional<double> drift_of_baseline_fF;  // mean of the last rest less that of the first
 };
 
 // The levels of all repeats at one pressure and one direction.
@@ -140,13 +142,13 @@ struct CurvePoint {
   double pressure_kPa = 0;
   double capacitance_pF = 0;
   std::optional<double> delta_C_fF;
-  std::optional<double> standard_error_fF;  // type A, without that of C0, which all points share
+  std::optional<double> standard_error_fF;  // type A; without that of C0, which all points share
   std::int32_t repeats = 0;
   std::int64_t readings = 0;
 };
 struct CurveResult {
-  std::vector<CurvePoint> curve;  // by direction and pressure
-  Metric linearity;  // linearity_percent, of full scale, best straight line
+  std::vector<CurvePoint> curve;  // sorted by direction, then by pressure
+  Metric linearity;  // linearity_percent: of full scale, against the best straight line
   Metric linearity_terminal;  // linearity_terminal_percent
   Metric repeatability_range;  // repeatability_range_percent
   Metric repeatability_2sigma;  // repeatability_2sigma_percent
@@ -156,44 +158,45 @@ struct CurveResult {
 struct HighestLevelResult {
   Metric delta_C;  // delta_C_at_top_fF
   double top_kPa = 0;
-  std::vector<SlopePart> parts_of_delta_C;  // scatter, C0, drift, recovery
+  std::vector<SlopePart> parts_of_delta_C;  // scatter, C0, drift, recovery after a load
 };
 
-// The same least squares over Huber's locations instead of means.
+// The slope by the same least squares through Huber's locations of the levels, not their means.
 struct RobustSlope {
   double slope_fF_per_kPa = 0, standard_error = 0;
   std::int32_t down_weighted = 0;  // readings with less than half of their weight
 };
 
-// One range. `sensitivity.estimate` is absent when it cannot be computed; reason says why.
+// The slope over one range of pressure. Where it cannot be computed, `sensitivity.estimate` is
+// absent and its `reason` says why.
 struct RangeResult {
   PressureRange range;
   Metric sensitivity;  // sensitivity_fF_per_kPa
   std::optional<double> r_squared;  // absent when nothing changes
-  std::optional<double> intercept_fF;  // of delta C (of C - mean C without a C0) at zero pressure
-  std::optional<double> mean_kPa, mean_delta_C_fF;  // the line passes through it
-  std::int32_t points = 0;  // levels (of all repeats), or readings of a continuous loading
-  std::int32_t pressures = 0;  // different ones
-  double residual_fF = 0;  // root mean square about the line, of points
-  std::optional<double> lack_of_fit_p;  // F test: small says that the curve is not straight here
-  std::optional<double> runs_p;  // runs of the residuals' signs
+  std::optional<double> intercept_fF;  // of delta C (without a C0: of C less its mean), at 0 kPa
+  std::optional<double> mean_kPa, mean_delta_C_fF;  // the fitted line passes through this point
+  std::int32_t points = 0;  // levels (of all repeats together), or readings of a continuous loading
+  std::int32_t pressures = 0;  // number of different pressures
+  double residual_fF = 0;  // root mean square deviation of the points from the line
+  std::optional<double> lack_of_fit_p;  // F test; small: the curve is not straight here
+  std::optional<double> runs_p;  // runs test on the signs of the residuals
   std::string residual_pattern;  // in words
   std::optional<RobustSlope> robust;
-  std::vector<double> slope_of_repeat;  // fF/kPa, each repeat (or cycle) alone
-  std::string scatter_basis;  // what the standard error was made from
-  std::vector<SlopePart> parts_of_error;  // scatter, drift: together the standard error
-  // Error that all repeats share, from the deviations of the levels from a smooth curve. It counts
-  // in the expanded uncertainty only. Absent with fewer than six levels.
+  std::vector<double> slope_of_repeat;  // fF/kPa, of each repeat (or cycle) by itself
+  std::string scatter_basis;  // where the standard error comes from
+  std::vector<SlopePart> parts_of_error;  // scatter and drift; combined they are the standard error
+  // Error that all repeats share, estimated from the deviations of the levels from a smooth curve.
+  // Only the expanded uncertainty includes it. Absent with fewer than six levels.
   std::optional<SlopePart> shared;
-  std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
+  std::optional<double> between_repeats_p;  // F test; a small p means that the repeats differ
   // For a continuous loading: change of the rate of pressure with pressure, the largest standard
-  // uncertainty of a reading's instant, and how much a second of it would move the slope.
+  // uncertainty of a reading's instant, and the change of the slope for a second of error in it.
   double rate_tilt_per_s = 0, instant_s = 0, moved_per_s = 0;
-  Uncertainty uncertainty;  // empty parts without a sensitivity
+  Uncertainty uncertainty;  // without a sensitivity it has no parts
 };
 
 struct RegionSearch {
-  std::string reason;  // not empty: there is no answer
+  std::string reason;  // why there is no answer; empty: there is one
   double low_to_kPa = 0, high_from_kPa = 0;
   RangeResult low, high;
   double p_one_line = 1;
@@ -204,25 +207,25 @@ struct SensitivityResult {
   Metric limit_of_detection;  // limit_of_detection_kPa
 };
 
-// One excursion of the force: a repeat of the static test, a cycle of the dynamic one, a press.
+// One excursion of the force: a repeat of the static test, a cycle of the dynamic one, or a press.
 struct Loading {
   std::int32_t number = 0;  // from 1
   double begin_s = 0, peak_s = 0, end_s = 0;
-  double peak_force_N = 0;  // above rest
+  double peak_force_N = 0;  // above the force at rest
   std::optional<double> peak_kPa;
-  double peak_pF = 0;  // at the largest force: the maximum's mark
+  double peak_pF = 0;  // C at the largest force: the maximum of the cycle
   std::optional<double> peak_se_fF;
-  double peak_freedom = 0;  // of its standard error, as if readings were independent
+  double peak_freedom = 0;  // of its standard error, if the readings were independent
   std::optional<double> peak_travel_mm;
   std::int64_t loaded_readings = 0;
-  std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
+  std::size_t first = 0, last = 0;  // the loaded readings: [first, last) of RunData::readings
   PeakMethod peak_method = PeakMethod::fit;
-  std::size_t plateau_first = 0, plateau_last = 0;  // its outermost readings, where there is one
+  std::size_t plateau_first = 0, plateau_last = 0;  // its outermost readings, if there is one
 };
-// With the rest before it.
+// A loading together with the rest before it.
 struct RestedLoading : Loading {
   explicit RestedLoading(const Loading& loading) : Loading(loading) {}
-  double rest_pF = 0;  // mean before this cycle: the minimum's mark
+  double rest_pF = 0;  // mean C at rest before this cycle: its minimum
   double rest_s = 0;  // mean time of those readings
   std::optional<double> rest_se_fF;
 };
@@ -232,13 +235,13 @@ struct CycleResult : RestedLoading {
   std::optional<double> delta_C_se_fF;
   double dynamic_range_percent = 0;  // delta C over C0
   std::optional<double> dynamic_range_se_percent;
-  std::optional<double> slope_fF_per_N;  // of the loading branch
+  std::optional<double> slope_fF_per_N;  // of the loading branch, while the force grows
   std::optional<double> slope_se_fF_per_N;
-  double slope_freedom = 0;  // of its standard error, as if readings were independent
+  double slope_freedom = 0;  // of its standard error, if the readings were independent
 };
 struct CycleResults {
   std::vector<CycleResult> cycles;
-  // Loadings that the run broke off, or that have lower peaks: in no result. Why, in words.
+  // Loadings that no result uses, because the run broke them off or because their peaks are lower.
   std::vector<CycleResult> left_out;
   std::string why_left_out;
   Metric dynamic_range;  // dynamic_range_percent
@@ -250,53 +253,54 @@ struct CycleResults {
   double force_rate_tilt_per_s = 0, instant_s = 0;
 };
 
-// Loading against unloading, all cycles together, on a grid of force.
+// The mean loading and unloading curves of all cycles, at one force of a grid.
 struct LoopPoint {
-  double force_N = 0;  // above rest
-  double up_fF = 0, down_fF = 0;  // above the rest of the cycle
-  double gap_se_fF = 0;  // of down - up
+  double force_N = 0;  // above the force at rest
+  double up_fF = 0, down_fF = 0;  // above C at rest before the cycle
+  double gap_se_fF = 0;  // standard error of down_fF - up_fF
 };
 struct Hysteresis {
   Metric largest_gap;  // hysteresis_percent of the span
-  Metric area;  // hysteresis_area_percent: of span times force range
-  // From the uncertainty of the instant of a reading; systematic, not in the standard error.
+  Metric area;  // hysteresis_area_percent: of span times range of force
+  // What the uncertainty of the readings' instants can make; systematic, not in the standard error.
   std::optional<double> alignment_percent;
-  // The gap, if the force at the arrival of each reading were taken instead of that at its middle.
+  // The largest gap that would result if each reading had the force at its arrival instead of the
+  // force in the middle of its window.
   std::optional<double> uncorrected_percent;
-  bool resolved = false;  // larger than noise and alignment can make it
-  bool in_readings = false;  // the same in these cycles, whatever others would show
-  std::string basis;  // what the standard errors were made from
+  bool resolved = false;  // the gap is larger than noise and alignment can explain
+  bool in_readings = false;  // the gap exceeds the scatter of the readings of these cycles
+  std::string basis;  // where the standard errors come from
   std::vector<LoopPoint> loop;
 };
 
-// A stretch of steady load.
+// A stretch of time in which the load is steady.
 struct HoldResult {
-  std::int32_t cycle = 0;  // 0: none
+  std::int32_t cycle = 0;  // number of the cycle it lies in; 0: none
   std::string step_id;
   double begin_s = 0, end_s = 0;
   double mean_force_N = 0;  // above rest
-  double mean_fF = 0;  // of C
+  double mean_fF = 0;  // mean of C
   std::optional<double> force_change_percent;  // last tenth against first tenth
   std::int64_t readings = 0;
   std::size_t first = 0, last = 0;  // of RunData::readings: [first, last)
-  double change_fF = 0, change_se_fF = 0;  // of C over the hold, from the line against log time
-  std::optional<double> per_decade_fF, per_decade_se_fF;  // slope against log10 of time
+  double change_fF = 0, change_se_fF = 0;  // of C, from a line against log time
+  std::optional<double> per_decade_fF, per_decade_se_fF;  // slope of that line per decade of time
   std::optional<double> drift_fF_per_s, drift_se_fF_per_s;  // over the last half
-  bool resolved = false;  // the change is larger than noise can make it
-  std::optional<double> time_constant_s;  // of one exponential; only when resolved
-  std::optional<double> settling_s;  // until within 2 % of the final change from rest
-  std::string reason;  // why something is missing
+  bool resolved = false;  // the change is larger than noise can explain
+  std::optional<double> time_constant_s;  // of one fitted exponential; absent unless `resolved`
+  std::optional<double> settling_s;  // time until C is within 2 % of its total change from rest
+  std::string reason;  // why some results are missing
 };
 
 struct HoldResults {
   std::vector<HoldResult> holds;
-  std::size_t holds_left_out = 0;  // beyond the first thousand
+  std::size_t holds_left_out = 0;  // those beyond the first thousand are not listed
   Metric creep;  // creep_percent_per_decade
   Metric settling;  // settling_time_s
 };
 
-// A sine that no specimen makes, as the meter's beat with the mains is. It was found in the
-// readings and is subtracted from all of them before anything else is computed.
+// A sine in the readings that does not come from the specimen, such as the beat of the meter with
+// the mains. It is subtracted from all readings before anything else is computed.
 struct Hum {
   double frequency_Hz = 0;
   double cosine_fF = 0, sine_fF = 0;
@@ -317,7 +321,7 @@ struct RunFacts {
   AnalysisOptions options;
 };
 
-// The results of all passes side by side. Each pass takes those it builds on and returns its own.
+// The results of all passes. Each pass takes the results it builds on and returns its own.
 struct RunAnalysis : RunFacts,
                      Outliers,
                      BaselineResult,
@@ -328,31 +332,31 @@ struct RunAnalysis : RunFacts,
                      HoldResults,
                      SensitivityResult {
   Hysteresis hysteresis;
-  // The uncertainties of every sensitivity (again), C0, dynamic range, force sensitivity, delta C
-  // at the highest level and hysteresis.
+  // The uncertainties of every sensitivity (the same as in its range), C0, dynamic range, force
+  // sensitivity, delta C at the highest level and hysteresis.
   std::vector<Uncertainty> uncertainties;
-  std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
+  std::vector<std::string> notes;  // facts that a reader must know: gaps, overloads, assumptions
   std::optional<Hum> hum;  // absent: none was found
 
-  // Every metric above that is a Metric, ranges included, in the order of a table.
+  // Every metric of this analysis, including those of the ranges, in the order of a table.
   std::vector<const Metric*> metrics() const;
-  // Whose sensitivity it is; null: a metric of the whole run.
+  // The range whose sensitivity `metric` is. Null for a metric of the whole run.
   const RangeResult* range_of(const Metric& metric) const;
-  // Those beside the ranges that depend on the choice of a branch or of a time.
+  // The metrics outside the ranges that depend on the choice of a branch or of a time.
   std::vector<const Metric*> chosen() const {
     return {&dynamic_range, &force_sensitivity, &delta_C};
   }
 };
 
-// Errors: those of load_run_data; options that make no sense. A metric that the run cannot give is
-// no error: its reason says why.
+// Loads and analyses a run. Errors: those of load_run_data; options that make no sense. A metric
+// that the run cannot give is not an error; its reason says why.
 Result<RunAnalysis> analyse(const Database& db, std::int64_t run,
                             const AnalysisOptions& options = {});
-// The same of a run that is loaded already; does not change it.
+// Analyses a run that is already loaded, without changing it.
 Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options = {});
 
-// The percent increase of one run's result over another's. What both share (force class, probe,
-// meter's gain) cancels in the ratio.
+// Compares a result of one run with the same result of another run. Errors that both share (force
+// class, probe, gain of the meter) cancel in the ratio.
 struct Comparison {
   std::int64_t from_run = 0, to_run = 0;
   std::string from_specimen, to_specimen;
@@ -361,13 +365,13 @@ struct Comparison {
   double increase_percent = 0;
   std::optional<double> standard_error_percent;
   std::optional<std::array<double, 2>> interval_percent;
-  std::string remark;  // what else differs: pressures; may be empty
+  std::string remark;  // other differences, such as different pressures; may be empty
 };
-// Sensitivity in every range, C0 and dynamic range: each run with the one before it, and with the
-// first. Fewer than two runs: nothing.
+// Compares each run with the run before it and with the first: the sensitivity in every range, C0
+// and dynamic range. Empty for fewer than two runs.
 std::vector<Comparison> compare(std::span<const RunAnalysis> runs);
 
-// The names of `lcrig analyze --json` and more; docs/analysis.md lists them.
+// The JSON of `lcrig analyze --json`. docs/analysis.md lists the names.
 nlohmann::json to_json(const RunAnalysis& analysis);
 nlohmann::json to_json(const Comparison& comparison);
 nlohmann::json to_json(const Uncertainty& uncertainty);

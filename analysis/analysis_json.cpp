@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The JSON of `lcrig analyze`: the names of the design, and everything else beside them.
+// Writes the JSON of `lcrig analyze`: metrics under the names of the design, and all other results.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -30,7 +30,7 @@ json error_of(const Metric& m) {
   return m ? number(m.estimate->standard_error) : json(nullptr);
 }
 
-constexpr double kOfCi95 = 0.95;  // whatever was asked for
+constexpr double kOfCi95 = 0.95;  // "ci95" is always 95 %, whatever confidence was asked for
 
 json ci95(const Metric& m) {
   if (!m || !m.estimate->standard_error || !m.estimate->degrees_of_freedom) return nullptr;
@@ -211,7 +211,7 @@ json to_json(const Uncertainty& b) {
   for (const UncertaintyPart& p : b.parts) {
     parts.push_back({{"part", p.name},
                      {"standard_uncertainty", number(p.standard_uncertainty)},
-                     {"kind", p.kind == UncertaintyKind::a ? "A" : "B"},
+                     {"kind", to_string(p.kind)},
                      {"degrees_of_freedom", number(p.degrees_of_freedom)},
                      {"shrinks_with_readings", p.shrinks},
                      {"shared_by_runs", p.shared_by_runs},

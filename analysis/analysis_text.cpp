@@ -13,9 +13,9 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kRows = 60;  // of a table; the JSON has all
+constexpr std::size_t kRows = 60;  // most rows of a table; the JSON has all of them
 
-// As many digits as the standard error makes sense of: two of its own.
+// Rounds a value to the second digit of its standard error; further digits would be noise.
 std::string rounded(double value, std::optional<double> error) {
   if (!error || !(*error > 0) || !std::isfinite(*error)) return fmt::format("{:.6g}", value);
   const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(*error))), 0, 9);
@@ -90,8 +90,7 @@ void append_uncertainty(std::string& out, const Uncertainty& b) {
     const std::string freedom =
         std::isfinite(p.degrees_of_freedom) ? fmt::format("{:.0f}", p.degrees_of_freedom) : "inf";
     out += fmt::format("  {:<24} {:<10.3g} {} {:<5} {:<8} {}\n", p.name, p.standard_uncertainty,
-                       p.kind == UncertaintyKind::a ? "A" : "B", freedom,
-                       p.shrinks ? "shrinks" : "stays", p.basis);
+                       to_string(p.kind), freedom, p.shrinks ? "shrinks" : "stays", p.basis);
   }
   out += fmt::format("  combined {:.3g}, expanded {:.3g} (k = {:.2f}, {:g} %)\n", b.combined,
                      b.expanded, b.coverage_factor, b.confidence * 100);

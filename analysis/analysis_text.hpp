@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An analysis as text for a terminal.
+// Formats an analysis as text for the terminal, for `lcrig analyze`.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace lcrig {
 
-// The two truths, beside every result.
+// What each of the two intervals promises to contain; printed beside the results.
 inline constexpr const char* kOfScatter =
     "what this rig would show without noise, drift and difference of repeats";
 inline constexpr const char* kOfAll =

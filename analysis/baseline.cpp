@@ -26,16 +26,17 @@ constexpr const char* kDrift =
     "loading "
     "the later half, because recovery is no drift; it is subtracted from every result under load";
 constexpr std::size_t kBatches = 10;
-constexpr std::int64_t kTells = 10;  // readings: fewer do not tell their own noise
+constexpr std::int64_t kTells = 10;  // readings; fewer do not reveal their own noise
 
 struct Unloaded {
-  RunningMean capacitance, steady;  // F; the second without the drift
-  std::vector<double> differences;  // of neighbours, F
-  std::vector<double> values;  // the first ones, for the batches
+  RunningMean capacitance, steady;  // F; `steady` without the drift
+  std::vector<double> differences;  // between neighbouring readings, F
+  std::vector<double> values;  // the first readings, for the estimate from batches
 };
 constexpr std::size_t kForBatches = 100000;
 
-// The drift of the run takes part in the mean, which is that of the middle, and not in the scatter.
+// Adds a reading. The mean keeps the drift of the run, because C0 is the mean in the middle of the
+// baseline. The scatter excludes it.
 void take(Unloaded& b, double capacitance_F, double drift_F, std::optional<double>& before) {
   b.capacitance.add(capacitance_F);
   b.steady.add(capacitance_F - drift_F);
@@ -44,7 +45,7 @@ void take(Unloaded& b, double capacitance_F, double drift_F, std::optional<doubl
   if (b.values.size() < kForBatches) b.values.push_back(capacitance_F - drift_F);
 }
 
-// Before contact; a run that tells none: the unloaded readings before the first loading.
+// Readings before contact; without a recorded contact, unloaded ones before the first loading.
 Unloaded collect(const Scene& scene) {
   const RunData& data = scene.data;
   Unloaded b;
@@ -74,15 +75,15 @@ MeanVariance of_readings(const Scene& scene, const Unloaded& b) {
   return out;
 }
 
-// Takes the variance from batches when it is larger: noise that is slower than the correlation of
-// neighbours shows in batches only.
+// Takes the variance between batches when it is larger than that from the correlation of
+// neighbours. Only batches reveal noise that is slower than this correlation.
 void add_batches(const Unloaded& b, MeanVariance& out) {
   const double batches = variance_of_batches(b.values, kBatches);
   if (batches <= out.variance) return;
   out = {batches, kBatches - 1.0, fmt::format("scatter of {} parts of the baseline", kBatches)};
 }
 
-// Error of the sum of the nodes' means, each times its `of_node`. nullopt: too few readings.
+// Error from slow noise in the sum of the nodes' means times `of_node`. nullopt: too few readings.
 std::optional<SlopePart> slow_error(const Scene& scene, const std::vector<double>& of_node,
                                     double white, AfterLoad after_load) {
   const QuietBlocks quiet = cut_quiet_blocks(scene);
@@ -99,8 +100,8 @@ std::optional<SlopePart> slow_error(const Scene& scene, const std::vector<double
   return error.se > 0 ? std::optional(error) : std::nullopt;
 }
 
-// A specimen that has not recovered yet shifts the rests after the first load: that is not noise of
-// the baseline.
+// A specimen that has not recovered yet shifts the rests after the first load. This shift must not
+// count as noise of the baseline.
 MeanVariance error_of_c0(const Scene& scene, const Unloaded& b) {
   MeanVariance out = of_readings(scene, b);
   const auto& nodes = scene.drift.nodes();
@@ -146,22 +147,23 @@ void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, Ba
 
 struct Noise {
   double variance = 0, freedom = 0;
-  std::int64_t left_out = 0;  // differences that no normal noise makes
-  double rho = 0;  // correlation of neighbours, in the variance
+  std::int64_t left_out = 0;  // differences too large for normal noise
+  double rho = 0;  // correlation of neighbours; it is included in the variance
   bool correlated = false,
-       slower = false;  // beyond chance: `rho`; noise that is no such correlation
+       slower = false;  // `rho` is beyond chance; noise that is slower than such a correlation
 };
 
-// A deviance by which white noise alone exceeds it in one run of 200.
+// Deviance that white noise alone exceeds in one run of 200.
 constexpr double kCorrelated = 6.6;
 
-// Share of the degrees of freedom that a variance of correlated readings has.
+// Correlated readings tell their variance with fewer degrees of freedom; this is the factor.
 double share_of_freedom(double rho) {
   return (1 - rho * rho) / (1 + rho * rho);
 }
 
-// Neighbours that are correlated differ by less than two readings do. A walk is told from that:
-// it has no variance, and what is beside it has the differences of white noise.
+// Readings that are correlated differ less from their neighbours than the noise of one reading
+// suggests; the variance is corrected for this. A random walk is recognised and not corrected: it
+// has no variance, and the white noise beside it shows fully in the differences.
 void add_correlation(const Unloaded& b, double limit, Noise& out) {
   std::vector<std::vector<double>> stretches(1);  // between outliers
   for (std::size_t i = 0; i < b.values.size(); ++i) {
@@ -181,12 +183,14 @@ void add_correlation(const Unloaded& b, double limit, Noise& out) {
   out.rho = c.rho;
   out.correlated = c.deviance_of_white - c.deviance > kCorrelated;
   out.variance /= 1 - c.rho;
-  // Of a likelihood, where there is a correlation; from our own simulation (docs/analysis.md).
+  // Variance from a likelihood has more degrees of freedom where there is a correlation. The
+  // factors come from our own simulation (docs/analysis.md).
   const double more = 1.5 / (1.5 - 0.25 * std::min(1.0, c.rho / 0.3));
   out.freedom = std::max(1.0, out.freedom * more * share_of_freedom(c.rho) - 4 * c.rho);
 }
 
-// Few differences tell their own spread badly, so the limit is wider for them.
+// The noise of one reading from the differences of neighbours. The limit for outliers is wider when
+// there are few differences, because few tell their own spread badly.
 Noise noise_of(const Unloaded& b) {
   const std::vector<double>& differences = b.differences;
   const auto all = static_cast<double>(differences.size());
@@ -208,17 +212,17 @@ Noise noise_of(const Unloaded& b) {
     }
   }
   out.variance = squares / (2 * n);
-  out.freedom = n / 1.5;  // of mean squared differences (von Neumann 1941)
+  out.freedom = n / 1.5;  // of a mean of squared differences (von Neumann 1941)
   add_correlation(b, limit, out);
   return out;
 }
 
-// The scatter within the levels, when there is no baseline to tell it; without the levels that have
-// outliers.
+// The scatter within the levels, for a run whose baseline is too short to tell the noise. Levels
+// with outliers are left out.
 Noise noise_within(const Scene& scene, const MeasuredLevels& measured, std::int64_t& rows) {
   const Correlation& c = scene.correlation;
   Noise out;
-  double shown = 0;  // degrees of freedom, as far as the means leave the variance in the scatter
+  double shown = 0;  // degrees of freedom, less what the levels' means take of them
   for (const MeasuredLevel& l : measured.levels) {
     if (!l.scatter_fF || l.outliers > 0) continue;
     const double f = l.readings - 1;

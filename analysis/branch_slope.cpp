@@ -24,7 +24,7 @@ constexpr const char* kOfCycles =
 // Readings of one loading branch.
 struct Branch {
   std::vector<LinePoint> points;
-  std::vector<LinePoint> rates, times;  // y: kPa/s, s
+  std::vector<LinePoint> rates, times;  // y: rate in kPa/s and time in s, against pressure
   double instant_s = 0;
 };
 Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
@@ -51,7 +51,7 @@ struct CycleBranches {
   double unit_variance_of_bend = 0;
 };
 
-// Restricts the range to the part that the cycles reach.
+// Restricts the range to the pressures that the cycles reach.
 EvenSlopes even_slopes(const SlopeBasis& basis, const PressureRange& range) {
   double peak_kPa = 0;
   for (const CycleResult& c : basis.cycles.cycles) {
@@ -60,7 +60,7 @@ EvenSlopes even_slopes(const SlopeBasis& basis, const PressureRange& range) {
   return {std::max(range.from_kPa, kCycleEdge * peak_kPa), std::min(range.to_kPa, peak_kPa)};
 }
 
-// Where the slope begins and ends when the loadings do not reach over the range.
+// Completes the estimand: which part of the range the loadings cover.
 std::string reach_of(const SlopeBasis& basis, const PressureRange& range) {
   double peak_kPa = 0;
   for (const CycleResult& c : basis.cycles.cycles) {
@@ -110,9 +110,9 @@ CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) 
   return b;
 }
 
-// One slope for all cycles, each with its own level; its scatter between the cycles knows nothing
-// of the shape of the curve. One cycle: the scatter about its line, with what neighbours know of
-// each other.
+// Error of a slope that all cycles share, while each cycle has its own level. With several cycles
+// it is the scatter of their slopes, which does not depend on the shape of the curve. With one
+// cycle it is the scatter about its line, corrected for the correlation of neighbouring readings.
 PureError branch_error(const Scene& scene, const CycleBranches& b, double slope) {
   const auto cycles = static_cast<double>(b.lines.size());
   if (cycles >= 2) {
@@ -147,7 +147,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   const PureError error = branch_error(basis.scene, b, slope);
   r.parts_of_error = {{std::sqrt(error.variance * (1 / b.sxx + b.unit_variance_of_bend)),
                        error.degrees_of_freedom}};
-  // The drift that is subtracted errs alike in all loadings: their scatter does not show it.
+  // The subtracted drift has the same error in all loadings, so their scatter does not show it.
   const Drift& drift = basis.scene.drift;
   if (drift.known()) {
     r.parts_of_error.push_back(
@@ -155,10 +155,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   }
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
-  if (b.lines.size() == 1) {
-    add_remark(r.sensitivity.reason,
-               "one cycle: the interval knows nothing of what differs between cycles");
-  }
+  if (b.lines.size() == 1) add_remark(r.sensitivity.reason, kOneCycle);
   add_remark(r.sensitivity.reason, basis.cycles.why_left_out);
   r.scatter_basis = error.basis;
   if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);

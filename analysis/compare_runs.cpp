@@ -14,7 +14,7 @@ namespace {
 struct Quantity {
   std::string name;
   double value = 0;
-  std::vector<SlopePart> relative;  // parts that runs do not share; empty: not known
+  std::vector<SlopePart> relative;  // parts that the two runs do not share; empty: not known
 };
 
 Quantity quantity(const RunAnalysis& a, const std::string& name, double value) {
@@ -49,7 +49,7 @@ std::vector<Quantity> quantities(const RunAnalysis& a) {
   return out;
 }
 
-// The ratio in logarithms: its interval never crosses zero, and what both share is gone.
+// Works with the logarithm of the ratio: its interval never crosses 0, and shared errors cancel.
 void add_interval(const Quantity& from, const Quantity& to, double confidence, Comparison& c) {
   if (from.relative.empty() || to.relative.empty()) return;
   std::vector<SlopePart> parts = from.relative;
@@ -71,10 +71,10 @@ std::vector<double> pressures_of(const RunAnalysis& a, const PressureRange& rang
   return out;
 }
 
-// The pressures of one run that the other has no level near to.
+// Lists the pressures of the other run at which `run` has no level.
 std::string lacks(const RunAnalysis& run, const PressureRange& range,
                   std::vector<double> of_other) {
-  constexpr double kNearby = 0.02;  // of the pressure: the same level
+  constexpr double kNearby = 0.02;  // relative; within it two levels are the same
   const auto own = pressures_of(run, range);
   std::ranges::sort(of_other);
   std::string out;
@@ -88,7 +88,7 @@ std::string lacks(const RunAnalysis& run, const PressureRange& range,
   return out.empty() ? out : fmt::format("run {} has no level at {} kPa", run.run, out);
 }
 
-// The slope of a bent curve depends on the pressures.
+// The slope of a bent curve depends on the pressures, so different pressures need a remark.
 std::string remark_on_pressures(const RunAnalysis& from, const RunAnalysis& to,
                                 const std::string& name) {
   std::string out;

@@ -9,7 +9,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kMost = 0.995;  // of a correlation: nearer to 1 the mean of a stretch says nothing
+constexpr double kMostRho = 0.995;  // largest rho tried; nearer to 1 a stretch's mean says nothing
 constexpr int kSteps = 40;  // of the golden section
 
 std::int64_t parameters(const EvenStretch& s) {
@@ -19,20 +19,21 @@ bool tells(const EvenStretch& s) {
   return s.count >= 2 + parameters(s);
 }
 
-// Remainder of a stretch after its mean (and slope) are fitted. Whitening: the first value times
-// sqrt(1 - rho2), then y_t - rho y_{t-1}; the first value is 0.
+// What remains of a stretch after its mean (and slope) are fitted. Whitening: the first value is
+// multiplied by sqrt(1 - rho2), each later one becomes y_t - rho y_{t-1}. The first value is 0
+// here, because values are relative to it.
 struct Left {
   double ss = 0, log_determinant = 0;
 };
 Left left_of(const EvenStretch& s, double rho) {
   const auto n = static_cast<double>(s.count);
-  const double one = 1 - rho, before = s.sum - s.last;  // `before`: of all but the last
+  const double one = 1 - rho, before = s.sum - s.last;  // `before`: sum of all values but the last
   const double z2 =
       s.squares * (1 + rho * rho) - 2 * rho * s.products - rho * rho * s.last * s.last;
   const double zw = one * (s.sum - rho * before);
   const double w2 = (1 - rho * rho) + (n - 1) * one * one;
   if (!s.trend) return {z2 - zw * zw / w2, std::log(w2)};
-  // The column of the slope: 0 at first, then one t + rho for t = 1, 2, ..., n - 1.
+  // Whitened regressor of the slope: 0 at first, then (1 - rho) t + rho for t = 1, 2, ..., n - 1.
   const double t1 = n * (n - 1) / 2, t2 = t1 * (2 * n - 1) / 3;
   const double later = s.moments - (n - 1) * s.last + before;  // sum of t y_{t-1}
   const double zu = one * (s.moments - rho * later) + rho * (s.sum - rho * before);
@@ -44,7 +45,7 @@ Left left_of(const EvenStretch& s, double rho) {
 }
 
 struct Likelihood {
-  double deviance = 0;  // -2 log of the restricted likelihood, the scale maximised
+  double deviance = 0;  // -2 log of the restricted likelihood, maximised over the scale
   double variance = 0;  // of one reading
 };
 Likelihood likelihood(const std::vector<EvenStretch>& stretches, double rho) {
@@ -62,11 +63,11 @@ double deviance(const std::vector<EvenStretch>& stretches, double rho) {
   return likelihood(stretches, rho).deviance;
 }
 
-// Steps of a random walk from one reading to the next, in standard deviations of the white noise.
+// Steps of the random walk that are tried, in standard deviations of the white noise per reading.
 constexpr double kLeastStep = 1e-3, kMostStep = 32, kStepRatio = 1.7;
 
-// Kalman's filter for white noise of variance 1 and a walk of `step2` a reading, whose level is
-// not known at first. It whitens the values and the column of the slope.
+// Kalman filter for white noise of variance 1 plus a random walk with variance `step2` a reading,
+// whose first level is unknown. It whitens both the values and the regressor of the slope.
 double walk_deviance(const std::vector<std::vector<double>>& stretches, double step2) {
   double ss = 0, terms = 0, freedom = 0;
   for (const auto& y : stretches) {
@@ -96,7 +97,7 @@ double walk_deviance(const std::vector<std::vector<double>>& stretches, double s
 void EvenStretch::add(double y) {
   if (count++ == 0) {
     first = y;
-    return;  // its value about itself is 0
+    return;  // relative to itself the first value is 0
   }
   const double d = y - first;
   products += d * last;
@@ -115,8 +116,8 @@ double Correlation::of_square(double n) const {
   return n > 1 ? (1 - of_mean(n)) * n / (n - 1) : 0;
 }
 
-// Variance of the logarithm: 2 (1 + rho2)/(n (1 - rho2)) from the scale, 4 (1 + rho)/(N (1 - rho))
-// from rho.
+// Adds the two contributions to the variance of the logarithm of the variance: 2 (1 + rho2)/(n (1 -
+// rho2)) from the scale, and 4 (1 + rho)/(N (1 - rho)) from rho.
 double Correlation::degrees_of_freedom(double scale) const {
   if (freedom <= 0 || scale <= 0) return 1;
   const double of_scale = 2 * (1 + rho * rho) / (scale * (1 - rho * rho));
@@ -139,7 +140,7 @@ Correlation fit_correlation(const std::vector<EvenStretch>& stretches) {
   if (freedom < 2) return out;
   out.freedom = freedom;
   if (squares <= 0) return out;
-  double low = 0, high = kMost;
+  double low = 0, high = kMostRho;
   const double ratio = 1 / std::numbers::phi;
   double a = high - ratio * (high - low), b = low + ratio * (high - low);
   double at_a = deviance(stretches, a), at_b = deviance(stretches, b);

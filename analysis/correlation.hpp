@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much a reading resembles the one before it, from all stretches in which the specimen is left
-// alone: a standard error that takes readings as independent is too small by that. Each stretch has
-// a mean of its own (a first-order process, restricted maximum likelihood). Private to analysis/.
+// Estimates the correlation of each reading with the one before it, from all stretches in which the
+// specimen is left alone. A standard error that assumes independent readings is too small by this
+// correlation. The model is a first-order process with a mean of its own for each stretch, fitted
+// by restricted maximum likelihood. Private to analysis/.
 #pragma once
 
 #include <cstdint>
@@ -9,43 +10,43 @@
 
 namespace lcrig {
 
-// Sums of a stretch of evenly spaced readings, about its first value.
+// Running sums over a stretch of evenly spaced readings. Values are relative to the first one.
 struct EvenStretch {
   std::int64_t count = 0;
-  double first = 0, last = 0;  // `last` about `first`
-  double sum = 0, squares = 0, products = 0;  // the last of neighbours
-  double moments = 0;  // values times their number, from 0
-  bool trend = false;  // each such stretch has a slope of its own, too: a creep is no correlation
+  double first = 0, last = 0;  // `last` is relative to `first`
+  double sum = 0, squares = 0, products = 0;  // `products`: of neighbouring values
+  double moments = 0;  // sum of value times index, from 0
+  bool trend = false;  // the stretch has its own slope, too: a creep is not a correlation
   void add(double y);
 };
 
 struct Correlation {
-  double rho = 0;  // of neighbours, 0 or more
+  double rho = 0;  // correlation of neighbouring readings, at least 0
   double variance = 0;  // of one reading
-  double freedom = 0;  // values less stretches that rho is from; 0: nothing is known
-  // -2 log of the restricted likelihood, and what it would be without a correlation.
+  double freedom = 0;  // number of values less that of stretches behind rho; 0: rho is not known
+  // -2 log of the restricted likelihood, with this correlation and with none.
   double deviance = 0, deviance_of_white = 0;
 
-  // Variance of the mean of `count` readings, for unit variance of one.
+  // Variance of the mean of `count` readings, if one reading has variance 1.
   double of_mean(double count) const;
-  // Expected mean square about the mean of `count` readings, for unit variance of one.
+  // Expected mean square of `count` readings about their mean, if one reading has variance 1.
   double of_square(double count) const;
-  // Degrees of freedom of the variance of a mean, whose scale comes from `scale` values (less their
-  // means): the scale's own error and that of rho.
+  // Degrees of freedom of the variance of a mean, from the error of its scale and that of rho.
+  // `scale`: number of values (less their means) that determine the scale.
   double degrees_of_freedom(double scale) const;
-  // The same; `scale` where nothing is known of a correlation.
+  // degrees_of_freedom(scale), or `scale` itself where no correlation is known.
   double freedom_of(double scale) const { return freedom > 0 ? degrees_of_freedom(scale) : scale; }
-  // How much wider a standard error is that was made as if readings knew nothing of each other.
+  // Factor by which a standard error must grow that was computed as if readings were independent.
   double widening() const;
 };
 Correlation fit_correlation(const std::vector<EvenStretch>& stretches);
 
-// The same deviance, on the same scale, of white noise beside a random walk, for stretches that
-// have a mean and a slope each. The most likely walk of some twenty sizes is taken.
+// Deviance, on the same scale, of white noise plus a random walk, with a mean and a slope for each
+// stretch. It is the smallest over some twenty sizes of the walk.
 double deviance_of_walk(const std::vector<std::vector<double>>& stretches);
 
-// Variance of the mean from the means of `batches` equal parts: sees what is slower than one
-// reading to the next. Nothing is assumed, so it has few degrees of freedom. 0: too few values.
+// Variance of the mean of all values, from the means of `batches` equal parts. It includes noise
+// slower than the correlation of neighbours, but has few degrees of freedom. 0: too few values.
 double variance_of_batches(const std::vector<double>& values, std::size_t batches);
 
 }  // namespace lcrig

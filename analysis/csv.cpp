@@ -28,12 +28,12 @@ bool is_formula(std::string_view text) {
   return false;
 }
 
-// Nearly every cell: a step's id, a status.
+// True for nearly every cell, such as the id of a step or a status. Such a cell is copied as it is.
 bool is_plain(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7f && c != '"'; });
 }
 
-// The text of RFC 4180 has no control characters but CR and LF; a tab is a tab.
+// RFC 4180 text has no control characters except CR and LF; a tab is kept, too.
 void append_character(std::string& out, char32_t c, std::string_view bytes) {
   if (c == '"') out += '"';
   if (c == '\n' || c == '\r' || c == '\t') {

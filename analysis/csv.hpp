@@ -13,31 +13,31 @@
 
 namespace lcrig {
 
-// A text cell that begins with = + - @ (also full-width, or behind blanks), TAB, CR or LF would be
-// a formula to a spreadsheet: it gets a leading apostrophe, which spreadsheets do not show. Cells
-// with comma, semicolon, quote, tab or line end are quoted. Other control characters, characters
-// that reorder text and bytes that are no UTF-8 become \xNN or \uNNNN.
+// Appends a text cell. One that begins with = + - @ (also full-width, or behind blanks), TAB, CR or
+// LF would be a formula to a spreadsheet. It gets a leading apostrophe, which spreadsheets do not
+// show. Cells with comma, semicolon, quote, tab or line end are quoted. Other control characters,
+// characters that reorder text and bytes that are not UTF-8 become \xNN or \uNNNN.
 void append_text_cell(std::string& out, std::string_view text);
 
 class CsvWriter {
  public:
-  // Writes to `fd`, which stays the caller's; `name` stands in messages.
+  // Writes to `fd`, which the caller keeps and closes; messages call it `name`.
   CsvWriter(int fd, std::string name) : fd_(fd), name_(std::move(name)) { out_.reserve(kBuffer); }
-  // Keeps everything until `take`.
+  // Keeps everything in memory until `take`.
   CsvWriter() = default;
 
   void text(std::string_view cell) { append_text_cell(separate(), cell); }
-  // One of our own words: nothing in it needs quotes.
+  // For words that the program itself chose; they never need quotes.
   void word(std::string_view cell) { separate().append(cell); }
   void integer(std::int64_t value);
   void integer(std::optional<std::int64_t> value);
-  void number(std::optional<double> value, int power = 0);  // times 10^power, digits unchanged
-  // Computed values: to a multiple of 10^place, or to so many digits; `power` as above.
+  void number(std::optional<double> value, int power = 0);  // times 10^power, with unchanged digits
+  // For computed values: rounded to a multiple of 10^place, or to `digits`; `power` as above.
   void rounded(std::optional<double> value, int place, int power = 0);
   void significant(std::optional<double> value, int digits);
   void decimal(std::int64_t value, int power);
   void empty() { separate(); }
-  void rows(std::string_view complete) { out_.append(complete); }  // of another writer
+  void rows(std::string_view complete) { out_.append(complete); }  // made by another writer
   Result<> end_row();
   Result<> flush();
   std::string take() { return std::exchange(out_, {}); }

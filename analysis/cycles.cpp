@@ -14,12 +14,10 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kCounts = 0.2;  // of the largest force: an excursion beyond it is a cycle
-// Standard deviation of the force on a plateau, as a share of the peak; a turn has 0.6 %.
+constexpr double kCounts = 0.2;  // of the largest force: a larger excursion is a cycle
+// Standard deviation of the force on a plateau, as a share of the peak. A mere turn has 0.6 %.
 constexpr double kSteadyPlateau = 0.001, kShakyPlateau = 0.004;
 constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees of freedom
-constexpr const char* kOneCycle =
-    "one cycle: the interval knows nothing of what differs between cycles";
 
 void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
   if (highest < kCounts * view.peak_N) return;
@@ -59,7 +57,8 @@ std::vector<Loading> find_excursions(const RunView& view) {
   return out;
 }
 
-// The frame samples more often than the meter: the peak may lie between two readings.
+// Refines the peaks from the frame's samples. The frame samples more often than the meter, so the
+// largest force may lie between two readings.
 void sharpen_peaks(const RunView& view, std::vector<Loading>& loadings) {
   const auto& frame = view.data.frame;
   for (Loading& c : loadings) {
@@ -75,18 +74,19 @@ void sharpen_peaks(const RunView& view, std::vector<Loading>& loadings) {
   }
 }
 
-// Facts about a peak before the scatter of all peaks is pooled.
+// Facts about one peak, from before the scatter of all peaks is pooled.
 struct Peak {
   double residual_ss = 0, freedom = 0;  // F2
-  double unit_variance = 0;  // 0: the standard error is known already
+  double unit_variance = 0;  // 0: the standard error is already known
 };
 
 bool on_plateau(const RunView& view, const Loading& c, const RunReading& r) {
   return r.has_force() && view.uses(r) && view.above_rest_N(r) >= kPlateau * c.peak_force_N;
 }
 
-// Near the peak for two seconds, or as steady as the cell can tell. A turn is there for a moment,
-// at forces that spread over all that counts as near.
+// True if the force stays near the peak for two seconds, or if it is as steady as the cell can
+// tell. At a turn it is near the peak only for a moment, with values all over the band that counts
+// as near.
 bool is_held(const RunView& view, double seconds, const std::vector<double>& forces_N,
              double peak_N) {
   const double steady_N =
@@ -94,7 +94,8 @@ bool is_held(const RunView& view, double seconds, const std::vector<double>& for
   return seconds >= kPlateauTime_s || robust_sigma(forces_N) <= steady_N;
 }
 
-// A level at the peak has readings enough: those of the ramp to it are of a smaller force.
+// True if a level at the peak has enough readings by itself. The readings of the ramp to it are
+// then left out, because their force is smaller.
 bool level_is_plateau(const RunView& view, const Loading& c) {
   const auto of_level =
       std::count_if(view.data.readings.begin() + static_cast<std::ptrdiff_t>(c.first),
@@ -130,11 +131,11 @@ bool peak_of_plateau(const RunView& view, Loading& c) {
   return true;
 }
 
-// C against force in the upper half: one slope for each branch and a common bend; with many
-// readings each branch has its own bend, and both a common third order. The result is its value at
-// the peak: the largest reading would be too large by the noise. A window that reaches over the
-// turn is taken, too, because without it the scatter doubles; its error is one of the parts of the
-// uncertainty.
+// Fits C against force over the upper half of the force, and takes the value of the fit at the
+// peak. The largest reading would be too large by the noise. Each branch has its own slope, and
+// both share a bend. With many readings each branch has its own bend, and both share a third order.
+//   A window that reaches over the turn takes part, because without it the scatter doubles. Its
+// error is one of the parts of the uncertainty.
 Peak peak_of_fit(const RunView& view, Loading& c) {
   std::int64_t up = 0, down = 0;
   const auto in_fit = [&](const RunReading& r) {
@@ -181,7 +182,7 @@ void set_peaks(const RunView& view, std::vector<Loading>& loadings) {
   }
 }
 
-// Slope of C against force while the load grows.
+// Slope of C against force on the loading branch.
 void set_branch_slopes(const Scene& scene, const HoldResults& holds,
                        std::vector<CycleResult>& cycles) {
   double peak_N = 0;
@@ -206,8 +207,8 @@ void set_branch_slopes(const Scene& scene, const HoldResults& holds,
   }
 }
 
-// A mean over cycles: their scatter is all that is known of what differs between them. One cycle
-// has the error that its readings tell, `single`.
+// Mean over cycles. Its error comes from their scatter alone, because nothing else shows how cycles
+// differ. With one cycle the error is `single`, which comes from the readings.
 Estimate mean_of_cycles(const std::vector<double>& values, const std::optional<SlopePart>& single,
                         double confidence) {
   RunningMean s;
@@ -219,7 +220,7 @@ Estimate mean_of_cycles(const std::vector<double>& values, const std::optional<S
                 : Estimate(s.mean);
 }
 
-// Error of a result of one cycle, from `scale` independent readings.
+// Error of the result of one cycle that `scale` independent readings determine.
 std::optional<SlopePart> error_of_single(const Scene& scene, std::optional<double> se,
                                          double scale) {
   if (!se) return std::nullopt;
@@ -276,8 +277,8 @@ void calc_force_sensitivity(const Scene& scene, CycleResults& out) {
   if (slopes.size() == 1) out.force_sensitivity.reason = kOneCycle;
 }
 
-// The drift that is subtracted and the instant of a reading err alike in all loadings: their
-// scatter does not show it.
+// The subtracted drift and the instants of the readings have the same errors in all loadings, so
+// the scatter between loadings does not show them.
 void add_common_errors_of_force_sensitivity(const Scene& scene, const HoldResults& holds,
                                             CycleResults& out) {
   if (!out.force_sensitivity || !out.force_sensitivity.estimate->standard_error) return;
@@ -325,7 +326,7 @@ void name_metrics(CycleResults& out) {
 
 CycleResult against_rest(const Scene& scene, const RestedLoading& loading, const Metric& c0) {
   CycleResult c(loading);
-  if (c.rest_s == c.begin_s && c0) {  // it has no rest of its own
+  if (c.rest_s == c.begin_s && c0) {  // the cycle has no rest of its own
     c.rest_pF = c0.value();
     if (const auto se = c0.estimate->standard_error) c.rest_se_fF = *se * 1e3;
   }

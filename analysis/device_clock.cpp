@@ -12,21 +12,21 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::int64_t kStretchRows = 256;  // some seconds: many batches, of which one was quick
+constexpr std::int64_t kStretchRows = 256;  // some seconds: among many batches one was quick
 constexpr std::int64_t kMostStretches = 512;
-constexpr double kPiece_s = 600;  // a crystal in a room drifts by microseconds within it
-constexpr std::size_t kLeastOfPiece = 4;  // stretches
-constexpr double kForRate_s = 30;  // in less time the jitter of the arrivals is no rate
-constexpr double kWorstRate = 0.01;  // no crystal is that bad
+constexpr double kPiece_s = 600;  // within it a crystal in a room drifts by microseconds
+constexpr std::size_t kLeastOfPiece = 4;  // fewest stretches of a piece
+constexpr double kForRate_s = 30;  // in less time, jitter would be taken for a rate
+constexpr double kWorstRate = 0.01;  // a rate beyond that of any crystal
 constexpr double kJump_s = 0.05;
-constexpr double kBelieved = 0.05, kBelieved_s = 0.5;  // of a stretch: part, and what lateness does
+constexpr double kBelieved = 0.05, kBelieved_s = 0.5;  // tolerance: relative, and for lateness
 constexpr double kMostLate_s = 10;
 
-// Samples that arrived one after another.
+// A series of samples that arrived one after another.
 struct ClockStretch {
   std::int64_t first_ns = 0, last_ns = 0;  // arrival
   std::optional<double> first_device_s, last_device_s;
-  std::int64_t quickest_ns = 0, delay_ns = 0;  // arrival, and arrival less device time
+  std::int64_t quickest_ns = 0, delay_ns = 0;  // of the quickest; delay: arrival less device time
   bool believed() const {
     if (!first_device_s) return false;
     const double host_s = static_cast<double>(last_ns - first_ns) * 1e-9;
@@ -82,8 +82,8 @@ struct DelayLine {
   double height = 0, rate = 0;
 };
 
-// Among all lines with no point below them: the one that is highest in the middle (Moon, Skelly and
-// Towsley, "Estimation and removal of clock skew", INFOCOM 1999).
+// Among all lines that lie below all points, finds the one that is highest in the middle (Moon,
+// Skelly and Towsley, "Estimation and removal of clock skew", INFOCOM 1999).
 DelayLine lower_line(const std::vector<double>& x, const std::vector<double>& y) {
   DelayLine best{*std::ranges::min_element(y), 0};
   const double middle = x.back() / 2;
@@ -109,7 +109,7 @@ DeviceClock::Piece piece_of(std::span<const ClockStretch> stretches) {
   out.from_ns = first.first_ns;
   out.known = first.believed();
   if (!out.known) return out;
-  std::vector<double> x, y;  // s: arrival since the first, delay beyond that of the first
+  std::vector<double> x, y;  // s; x: arrival since the first, y: delay beyond that of the first
   for (const ClockStretch& s : stretches) {
     x.push_back(static_cast<double>(s.quickest_ns - first.first_ns) * 1e-9);
     y.push_back(static_cast<double>(s.delay_ns - first.delay_ns) * 1e-9);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells when a sample of the frame was taken, on the run's clock. Samples come in batches and some
-// come late, so their times of arrival go in steps. The device's own clock does not, but it has
+// Tells when a sample of the frame was taken, on the run's clock. The time of arrival alone does
+// not: samples come in batches, and some come late. The device's own clock runs evenly, but with
 // another zero and another rate. The export and the alignment of readings use it.
 #pragma once
 
@@ -14,13 +14,13 @@ namespace lcrig {
 
 class DeviceClock {
  public:
-  // Offset and rate are fitted in pieces of about ten minutes, and anew where the clock jumped. The
+  // Fits offset and rate in pieces of about ten minutes, and anew where the clock jumped. The
   // fitted line lies below all delays of arrival and as near to them as it can, because a delay is
-  // never negative. For a long run only some stretches are read.
+  // never negative. Only parts of a long run are read.
   static Result<DeviceClock> fit(const Database& db, std::int64_t run);
 
-  // The time of arrival where there is no device time, or where the clock cannot be believed (it
-  // stands, or runs at a rate that no crystal has).
+  // The time of a sample. It is the time of arrival where there is no device time, or where the
+  // clock is not credible (it stands still, or its rate is beyond any crystal).
   struct Time {
     std::int64_t t_ns = 0;
     bool of_arrival = true;
@@ -28,13 +28,13 @@ class DeviceClock {
   };
   Time at(std::int64_t received_ns, std::optional<double> device_time_s) const;
 
-  // From the arrival of its first sample to that of the next piece.
+  // One piece of the fit, valid from the arrival of its first sample to that of the next piece.
   struct Piece {
     std::int64_t from_ns = 0;
-    bool known = false;  // else the clock cannot be believed here
-    std::int64_t offset_ns = 0;  // run's clock less device's, at from_ns
-    double rate = 0;  // of the offset: seconds per second
-    double residual_s = 0;  // root mean square of the quickest arrivals about the line
+    bool known = false;  // false: the clock is not credible in this piece
+    std::int64_t offset_ns = 0;  // run's clock less device's clock, at from_ns
+    double rate = 0;  // at which the offset grows: seconds per second
+    double residual_s = 0;  // root mean square distance of the quickest arrivals from the line
   };
   const std::vector<Piece>& pieces() const { return pieces_; }
 

@@ -10,7 +10,7 @@ namespace lcrig {
 
 namespace {
 
-// Rests without any scatter count alike.
+// Rests without any scatter all get the same weight.
 double weight_of(const RestNode& n) {
   return n.se_fF > 0 ? 1 / (n.se_fF * n.se_fF) : 1e12;
 }
@@ -33,7 +33,7 @@ Drift::Drift(std::vector<RestNode> nodes) : nodes_(std::move(nodes)) {
   stt_ = line->sxx;
   for (const RestNode& n : nodes_) deviations_.push_back(n.fF - line->at(n.t_s));
   const double freedom = line->points - 2;
-  // Weights are 1/variance: noise alone makes the mean square 1.
+  // The weights are 1/variance, so noise alone makes the mean square 1.
   const double excess = freedom > 0 ? line->residual_ss / freedom : 0;
   follow_ = excess > 1 ? 1 - 1 / excess : 0;
   freedom_ = excess > 1 ? freedom : std::numeric_limits<double>::infinity();
@@ -73,7 +73,7 @@ double Drift::at(double t_s) const {
 std::vector<double> Drift::influence(double t_s) const {
   std::vector<double> out(nodes_.size(), 0.0);
   if (!known()) return out;
-  // Each node moved by 1 fF: the deviations are linear in the nodes for a given `follow_`.
+  // Moves each node by 1 fF in turn. For a given `follow_` the deviations are linear in the nodes.
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     Drift moved = *this;
     const double w = weight_of(nodes_[i]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the unloaded capacitance moves during a run: what is subtracted from every loaded reading.
-// Private to analysis/.
+// Models how the unloaded capacitance moves during a run. The analysis subtracts this drift from
+// every loaded reading. Private to analysis/.
 #pragma once
 
 #include <cstddef>
@@ -8,18 +8,18 @@
 
 namespace lcrig {
 
-// A stretch without load: the baseline before contact, or the later half of a rest.
+// One stretch without load: the baseline before contact, or the later half of a rest.
 struct RestNode {
   double t_s = 0;  // mean time
   double fF = 0;  // mean
   double se_fF = 0;  // from the scatter of its readings and their correlation
   double readings = 0;
-  std::size_t first = 0, last = 0;  // of RunData::readings; those between that count are the node's
+  std::size_t first = 0, last = 0;  // of RunData::readings; not all of these count
 };
 
-// A line through the rests, plus the part of their deviations from it that noise cannot explain.
-// The rest of the deviations would only carry the noise of the rests into the result. Constant
-// before the first rest, along the line after the last.
+// A straight line through the rests, plus that part of the rests' deviations from it which noise
+// cannot explain. Subtracting all of the deviations would carry the noise of the rests into the
+// result. Before the first rest the drift is constant; after the last it follows the line.
 class Drift {
  public:
   Drift() = default;
@@ -29,8 +29,8 @@ class Drift {
   const std::vector<RestNode>& nodes() const { return nodes_; }
   double at(double t_s) const;  // fF, 0 at the first rest
   double rate_fF_s() const { return rate_; }
-  // Standard error of the line's rate, from the deviations where they exceed the noise of the
-  // rests.
+  // Standard error of the line's rate. It comes from the deviations of the rests from the line
+  // where these exceed the noise of the rests.
   double rate_se_fF_s() const { return rate_se_; }
   double rate_freedom() const { return freedom_; }
   double rate_white_se_fF_s() const { return rate_white_; }  // from the noise of the rests alone
@@ -41,7 +41,7 @@ class Drift {
   std::vector<double> influence(double t_s) const;
 
  private:
-  double raw(double t_s) const;  // not yet 0 at the first rest
+  double raw(double t_s) const;  // before the shift that makes it 0 at the first rest
 
   std::vector<RestNode> nodes_;
   std::vector<double> deviations_;  // of the nodes from the line, fF

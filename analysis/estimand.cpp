@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which branch and which time under load a result is of, where the specimen creeps or has a
-// hysteresis, and how far the result of the other choice lies from it.
+// Says to which branch and to which time under load a result refers, where the specimen creeps or
+// has a hysteresis. Also estimates how far the result of the other choice would lie from it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kReached = 0.02;  // of the load: this near, it is reached
-constexpr double kNear = 0.02;  // of the pressure: the same one
-constexpr double kShows = 2.6;  // standard errors: one creep in a hundred by chance
+constexpr double kReached = 0.02;  // relative distance within which a load counts as reached
+constexpr double kNear = 0.02;  // relative difference up to which two pressures are the same
+constexpr double kShows = 2.6;  // standard errors: chance exceeds it for one creep in a hundred
 
 bool in_range(const LevelResult& l, const PressureRange& range, Direction direction) {
   return l.direction == direction && is_inside(range, l.target_kPa.value_or(l.pressure_kPa));
@@ -24,7 +24,7 @@ bool is_near(double kPa, double to_kPa) {
   return std::abs(kPa - to_kPa) <= kNear * std::abs(to_kPa);
 }
 
-// Since when the load of the reading is there.
+// Time at which the load of the reading was reached.
 double reached_s(const Scene& scene, std::size_t reading) {
   const auto& all = scene.data.readings;
   const double load = scene.above_rest_N(all[reading]);
@@ -38,7 +38,7 @@ double reached_s(const Scene& scene, std::size_t reading) {
 }
 
 struct Window {
-  RunningMean from_s, to_s;  // after the load was reached
+  RunningMean from_s, to_s;  // times since the load was reached
 };
 
 template <class Wanted>
@@ -82,7 +82,7 @@ const char* name_of(Direction direction) {
   return direction == Direction::up ? "loading branch" : "unloading branch";
 }
 
-// Time under load of the readings of the plateaus.
+// Mean times under load at which the readings of the plateaus begin and end.
 Window window_of_plateaus(const Scene& scene, const std::vector<CycleResult>& cycles) {
   Window w;
   for (const CycleResult& c : cycles) {
@@ -93,12 +93,12 @@ Window window_of_plateaus(const Scene& scene, const std::vector<CycleResult>& cy
   return w;
 }
 
-// Runs that are compared make the same choice.
+// The uncertainty from a choice. Runs that are compared make the same choice, so it cancels.
 UncertaintyPart other_choice(std::string name, double difference, std::string basis) {
   return shared(part(std::move(name), rectangular(difference), std::move(basis)));
 }
 
-// Slope against pressure of unloading less loading, from the levels of the other direction.
+// Slope against pressure of unloading less that of loading, from the levels of the other direction.
 std::optional<double> gap_of_levels(const LevelResults& levels, const RangeResult& r) {
   const Direction other = levels.line_direction == Direction::up ? Direction::down : Direction::up;
   std::vector<LinePoint> points;
@@ -110,7 +110,7 @@ std::optional<double> gap_of_levels(const LevelResults& levels, const RangeResul
   return line->slope - r.sensitivity.value();
 }
 
-// The same from the branches of the loadings, against `x_of` a force.
+// The same difference from the branches of the loadings, against `x_of` a force.
 template <class XOf>
 std::optional<double> gap_of_loop(const SlopeBasis& basis, XOf x_of) {
   if (!basis.hysteresis.in_readings) return std::nullopt;
@@ -181,7 +181,7 @@ std::string name_estimand(const Scene& scene, const LevelResults& levels, const 
          ", less C0";
 }
 
-// A slope against force is that of the ramps; the peak is held, or it is the turn.
+// Names what results against force refer to: slopes to ramps, peaks to holds or turns.
 void name_estimands(const Scene& scene, CycleResults& out) {
   RunningMean peak_N;
   for (const CycleResult& c : out.cycles) peak_N.add(c.peak_force_N);

@@ -10,7 +10,7 @@ bool EvenSlopes::add(const std::vector<LinePoint>& points) {
   if (!line) return false;
   branches_.push_back({*line, 0});
   if (!(half_ > 0)) return true;
-  std::vector<LinePoint> bent = points;  // y becomes a bend that is 1 at the ends of the range
+  std::vector<LinePoint> bent = points;  // y becomes a unit bend: 1 at both ends of the range
   for (LinePoint& p : bent) p.y = std::pow((p.x - middle_) / half_, 2);
   const auto fit = fit_line(bent);
   if (!fit) return true;
@@ -24,7 +24,7 @@ bool EvenSlopes::add(const std::vector<LinePoint>& points) {
   return true;
 }
 
-// One bend must leave something to judge it by, and the points must show it.
+// 0 (no bend) when too few degrees of freedom remain to judge it, or when the points reveal none.
 double EvenSlopes::bend() const {
   return freedom_ >= 2 && squares_ > 1e-9 ? product_ / squares_ : 0;
 }

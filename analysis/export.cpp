@@ -24,7 +24,7 @@ constexpr std::array<Layout, 6> kLayouts{Layout::readings, Layout::frame,   Layo
                                          Layout::events,   Layout::aligned, Layout::answers};
 constexpr const char* kPackage = "datapackage.json";
 
-// Identity of a run among all runs, also those of other databases.
+// Identifies the run among all runs, including those of other databases.
 json identity_of(const ExportContext& c) {
   return {{"run", c.id},
           {"started_unix_ns", c.run.started_unix_ns},
@@ -80,7 +80,7 @@ json json_or_text(const std::string& text) {
   return j.is_discarded() ? json(text) : j;
 }
 
-// How the times of frame.csv were made from the frame's own clock.
+// Describes how the times of frame.csv were derived from the frame's own clock.
 json clock_of(const ExportContext& c) {
   json pieces = json::array();
   for (const DeviceClock::Piece& p : c.clock.pieces()) {
@@ -111,7 +111,7 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"recorded_run", r.copied_from ? r.copied_from->run : c.id},
             {"tags", listing.tags},
             {"simulated", r.simulated},
-            {"started", iso_time(r.started_unix_ns)},  // where t_s is 0
+            {"started", iso_time(r.started_unix_ns)},  // the instant at which t_s is 0
             {"ended", nullptr},
             {"parameters", json_or_text(r.parameters_json)},
             {"lcr_identity", r.lcr_identity},
@@ -127,7 +127,7 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"note", r.note},
             {"protocol_text", r.protocol_text},
             {"specimen_text", r.specimen_text},
-            {"exit_status", nullptr},  // null: it went on, or was cut off
+            {"exit_status", nullptr},  // null: the run went on, or was cut off
             {"reason", listing.reason}};
   if (listing.ended_unix_ns) j["ended"] = iso_time(*listing.ended_unix_ns);
   if (listing.exit_status) j["exit_status"] = to_string(*listing.exit_status);
@@ -215,7 +215,7 @@ Result<ExportedRun> export_run(const Database& db, std::int64_t run, const Expor
       return to.flush();
     });
   };
-  // First, so that an export that was cut short is known as ours.
+  // Written first, so that an export that was interrupted is recognised as ours.
   if (auto r = write_package(nullptr); !r) return fail(r.error());
   out.files.push_back((folder / kPackage).string());
   for (const Layout layout : kLayouts) {
@@ -224,9 +224,7 @@ Result<ExportedRun> export_run(const Database& db, std::int64_t run, const Expor
     if (!r) return fail(r.error());
     out.files.push_back((folder / file_name(layout)).string());
   }
-  auto chain = checked.get();
-  if (!chain) return fail(chain.error());
-  out.chain = std::move(*chain);
+  if (auto r = keep(checked.get(), out.chain); !r) return fail(r.error());
   if (auto r = write_package(&out.chain); !r) return fail(r.error());
   return out;
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exports a run as CSV files (RFC 4180) and a Frictionless Data Package, for `lcrig export`.
-// Streams: memory does not grow with the run. docs/export.md describes every column.
+// Exports a run as CSV files (RFC 4180) and a Frictionless Data Package, for `lcrig export`. Rows
+// are streamed: memory does not grow with the run. docs/export.md describes every column.
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,24 +21,24 @@ inline constexpr EnumWords<6> kWordsOf<Layout>{"readings", "frame",   "levels",
 // "lcr.csv", "frame.csv", ...
 std::string_view file_name(Layout layout);
 
-// One layout to `fd`, which stays the caller's; `name` stands in messages.
+// Writes one layout to `fd`, which the caller keeps and closes; messages call it `name`.
 Result<> export_layout(const Database& db, std::int64_t run, Layout layout, int fd,
                        const std::string& name);
 
 struct ExportOptions {
-  std::string directory;  // made if it is not there
-  bool force = false;  // replace files of another run or another program
+  std::string directory;  // created if it does not exist
+  bool force = false;  // replace files of another run or of another program
   std::string license;  // of the data: a name like CC-BY-4.0, or an address; empty: none is stated
 };
-// As the Data Package knows licences: by name, or by address. Errors: invalid_request.
+// Accepts a licence as Data Packages state it: by name or by address. Errors: invalid_request.
 Result<> check_license(std::string_view text);
 
-// Every layout and datapackage.json. Each file is written under another name and renamed when it is
-// complete. A folder that holds other files than an earlier export of the same run is refused,
-// unless `force`.
+// Writes every layout and datapackage.json. Each file is written under another name and renamed
+// when it is complete. A folder that holds files other than an earlier export of the same run is
+// refused, unless `force`.
 struct ExportedRun {
   std::vector<std::string> files;  // paths
-  ChainReport chain;  // broken: the files hold what is there now
+  ChainReport chain;  // if the chain is broken, the files hold the rows as they are now
 };
 Result<ExportedRun> export_run(const Database& db, std::int64_t run, const ExportOptions& options);
 

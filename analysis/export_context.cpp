@@ -16,7 +16,7 @@ struct ValueColumn {
   std::string_view sql;
   Column column;
   int power;
-  std::string_view functions;  // those that fill it, each between spaces
+  std::string_view functions;  // functions of the meter that fill the column, each between spaces
 };
 constexpr std::array<ValueColumn, 7> kValues{{
     {"capacitance_F",
@@ -34,7 +34,7 @@ constexpr std::array<ValueColumn, 7> kValues{{
     {"phase_deg", {"phase_deg", "number", "deg", "phase of the impedance"}, 0, " Z-thd "},
 }};
 
-// Capacitance always; the others when a function of the run fills them.
+// The capacitance always has a column. Another value has one if a function of the run measures it.
 Result<> load_value_columns(const Database& db, ExportContext& c) {
   std::array<bool, kValues.size()> used{true};
   const auto take = [&used](const Statement& row) {
@@ -60,7 +60,7 @@ void add_settings(ExportContext& c, std::int64_t at, std::string_view stored) {
   if (settings && settings->frequency_Hz) c.frequencies.push_back({at, *settings->frequency_Hz});
 }
 
-// Old runs may have a text for people where newer ones have a payload.
+// Runs of old versions may hold a text for people where newer ones hold a payload.
 Result<> load_events(const Database& db, ExportContext& c) {
   constexpr const char* kEvents =
       "SELECT at_mono_ns, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq";
@@ -68,15 +68,15 @@ Result<> load_events(const Database& db, ExportContext& c) {
     const auto contact = from_json<ContactEvent>(row.text(1));
     if (contact) c.contacts.push_back({row.integer(0), contact->travel_m});
   };
-  auto contacts = db.each(kEvents, take_contact, c.id, to_string(EventKind::contact));
+  auto contacts = db.each(kEvents, take_contact, c.id, EventKind::contact);
   if (!contacts) return contacts;
   return db.each(
       kEvents, [&c](const Statement& row) { add_settings(c, row.integer(0), row.text(1)); }, c.id,
-      to_string(EventKind::settings));
+      EventKind::settings);
 }
 
-// A sample of a simulated or a dead weight has as many digits as a double; nothing is known better
-// than to nine of the largest value.
+// Finds the last digit of the samples. A simulated sample or a dead weight has as many digits as a
+// double, so at most nine digits of the largest value count.
 class DigitEnd {
  public:
   void add(const std::optional<double>& value) {
@@ -119,9 +119,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.area_m2 = c.run.probe_area_m2();
   c.hold_force = has_dead_weights(c.run.frame_capabilities_json);
   add_settings(c, INT64_MIN, c.run.lcr_settings_json);
-  auto clock = DeviceClock::fit(db, run);
-  if (!clock) return fail(clock.error());
-  c.clock = std::move(*clock);
+  if (auto r = keep(DeviceClock::fit(db, run), c.clock); !r) return fail(r.error());
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_events(db, c); !r) return fail(r.error());
   if (auto r = load_digit_ends(db, c); !r) return fail(r.error());

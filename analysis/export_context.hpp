@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts about a run that every exported table needs. Private to export.
+// Facts about a run that every exported table needs. Private to the export.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@
 namespace lcrig {
 
 struct Column {
-  std::string_view name, type, unit, description;  // type: Frictionless
+  std::string_view name, type, unit, description;  // type: as Frictionless calls it
 };
 
-// A value that holds from an instant on.
+// A value that is valid from an instant on.
 struct Since {
   std::int64_t mono_ns = 0;
   double value = 0;
 };
 
-// Where the digits of computed values end, as powers of ten in SI: one behind the last digit that
-// any sample of the run has, so that rounding adds nothing to what the reading itself leaves open.
+// The places to which computed values are rounded, as powers of ten in SI: one behind the last
+// digit of any sample of the run, so that rounding adds nothing to the resolution of a reading.
 struct DigitEnds {
   int force_N = -9, travel_m = -12, pressure_Pa = -6;
 };
@@ -36,22 +36,22 @@ struct ExportContext {
   RunRow run;
   std::int64_t start_ns = 0;  // monotonic
   std::optional<double> area_m2;  // of the probe
-  bool hold_force = false;  // dead weights: a sample is valid until the next
+  bool hold_force = false;  // dead weights: a sample is valid until the next one
   DigitEnds ends;
   DeviceClock clock;
-  WindowBefore before;  // of readings
+  WindowBefore before;  // how long before its request a reading began
   std::vector<Since> contacts;  // travel, m
   std::vector<Since> frequencies;  // Hz
-  std::vector<Column> value_columns;  // of the functions that the run used, as lab units
+  std::vector<Column> value_columns;  // columns for the functions that the run used, in lab units
   std::vector<int> value_powers;  // decimal shift of each
-  std::string value_sql;  // ", capacitance_F, dissipation"
+  std::string value_sql;  // the matching SQL, as ", capacitance_F, dissipation"
 };
 Result<ExportContext> load_context(const Database& db, std::int64_t run);
 
 std::vector<Column> columns_of(const ExportContext& context, Layout layout);
 Result<> write_layout(const Database& db, const ExportContext& context, Layout layout,
                       CsvWriter& out);
-// `chain`: nullptr while it is not known.
+// Makes datapackage.json. `chain`: nullptr while the chain has not been checked.
 std::string data_package(const ExportContext& context, const RunListing& listing,
                          const std::string& license, const ChainReport* chain);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of an export: their columns and how a stored row becomes a line.
+// The tables of an export: their columns, and how a stored row becomes a line.
 #include <cmath>
 #include <span>
 
@@ -26,14 +26,14 @@ constexpr Column kStep{"step", "string", "", "id of the protocol step"};
 constexpr Column kRepeat{"repeat", "integer", "", "of the outermost repeat, from 1; 0: none"};
 constexpr Column kLevel{"level_in_run", "integer", "",
                         "load level within the run, from 1: of one repeat only"};
-// The names of these columns in version 0.1, for programs that read them; the next version has them
-// no more (docs/export.md).
+// Names of these columns in version 0.1, kept for programs that read them. The next version drops
+// them (docs/export.md).
 constexpr Column kOldLevel{"level", "integer", "", "the same as level_in_run; will be left out"};
 constexpr Column kOldIndex{"index", "integer", "", "the same as level_in_repeat; will be left out"};
 constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
 constexpr Column kFlags{"flags", "string", "", "words, separated by spaces"};
 
-// The value in force at an instant that never runs backwards.
+// Looks up the value that is valid at an instant. The instants must not decrease.
 class Follow {
  public:
   explicit Follow(const std::vector<Since>& values) : values_(values) {}
@@ -76,18 +76,16 @@ void append_values(CsvWriter& out, const ExportContext& c, const Statement& row,
   }
 }
 
-// Steps through `sql` (first parameter: the run; with a piece, two more: its ends) and writes one
-// line per row.
-template <class Line>
-Result<> for_each_row(const Database& db, const ExportContext& c, const std::string& sql,
-                      CsvWriter& out, Line line, std::optional<Piece> piece = {}) {
+// Runs `sql` and writes one line for each row. The first parameter is the run, then comes `more`.
+template <class Line, class... Values>
+Result<> for_each_row(const Database& db, const ExportContext& c, std::string_view sql,
+                      CsvWriter& out, Line line, const Values&... more) {
   const auto take = [&](const Statement& row) -> Result<> {
     if (Result<> r = line(row); !r) return r;
     if (c.run.simulated) out.word("true");
     return out.end_row();
   };
-  if (!piece) return db.each(sql, take, c.id);
-  return db.each(sql, take, c.id, piece->first_seq, piece->last_seq);
+  return db.each(sql, take, c.id, more...);
 }
 
 Result<> write_readings(const Database& db, const ExportContext& c, Piece piece, CsvWriter& out) {
@@ -116,7 +114,7 @@ Result<> write_readings(const Database& db, const ExportContext& c, Piece piece,
         out.integer(row.optional_integer(6));
         return {};
       },
-      piece);
+      piece.first_seq, piece.last_seq);
 }
 
 Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, CsvWriter& out) {
@@ -142,10 +140,10 @@ Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, Cs
         append_flags(out, scratch, row.integer(5), kFrameFlagWords);
         return {};
       },
-      piece);
+      piece.first_seq, piece.last_seq);
 }
 
-// The two tables that grow with the run and whose rows need nothing of the rows before.
+// Writes, in pieces by threads, the tables that grow with the run and whose rows stand alone.
 Result<> write_side_by_side(const Database& db, const ExportContext& c, Layout layout,
                             CsvWriter& out) {
   const bool frame = layout == Layout::frame;
@@ -177,11 +175,7 @@ Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out
 }
 
 Result<> write_answers(const Database& db, const ExportContext& c, CsvWriter& out) {
-  const auto sql = fmt::format(
-      "SELECT seq, at_mono_ns, step_id, detail FROM event WHERE run_id = ? AND kind = '{}'"
-      " ORDER BY seq",
-      to_string(EventKind::answer));
-  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
+  const auto write = [&](const Statement& row) -> Result<> {
     const auto answer = from_json<AnswerEvent>(row.text(3));
     if (!answer) return fail(answer.error());
     out.integer(row.integer(0));
@@ -197,7 +191,12 @@ Result<> write_answers(const Database& db, const ExportContext& c, CsvWriter& ou
     out.text(answer->by.value_or(""));
     out.integer(answer->from_run);
     return {};
-  });
+  };
+  return for_each_row(
+      db, c,
+      "SELECT seq, at_mono_ns, step_id, detail FROM event WHERE run_id = ? AND kind = ?"
+      " ORDER BY seq",
+      out, write, EventKind::answer);
 }
 
 constexpr int kUncertaintyDigits = 3;
@@ -211,14 +210,14 @@ void append_uncertainty(CsvWriter& out, const Aligned& a) {
   out.significant(std::abs(a.state.force_rate_N_s) * a.uncertainty_s, kUncertaintyDigits);
 }
 
-// Columns 0 to 3 of the query: seq, asked, first byte, step. `write` puts the rest of the row.
-template <class Write>
-Result<> for_each_reading(const Database& db, const ExportContext& c, const std::string& sql,
-                          CsvWriter& out, const Write& write) {
+// The query's columns 0 to 3 are seq, asked, first byte and step; `write` appends the rest.
+template <class Write, class... Values>
+Result<> for_each_reading(const Database& db, const ExportContext& c, std::string_view sql,
+                          CsvWriter& out, const Write& write, const Values&... more) {
   auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
   if (!track) return fail(track.error());
   WindowBefore before = c.before;
-  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
+  const auto line = [&](const Statement& row) -> Result<> {
     const auto a = align(*track, before.at(row.integer(1)), row.integer(1), row.integer(2));
     if (!a) return fail(a.error());
     out.integer(row.integer(0));
@@ -226,7 +225,8 @@ Result<> for_each_reading(const Database& db, const ExportContext& c, const std:
     out.text(row.text(3));
     write(row, *a);
     return {};
-  });
+  };
+  return for_each_row(db, c, sql, out, line, more...);
 }
 
 Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& out) {
@@ -252,7 +252,7 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
   });
 }
 
-// A person typed some digits; a sweep adds the noise of a double behind them.
+// Nine digits: more than a person types, and too few for the rounding noise that a sweep adds.
 void append_targets(CsvWriter& out, std::optional<double> force_N,
                     std::optional<double> pressure_Pa) {
   constexpr int kDigits = 9;
@@ -267,11 +267,11 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       " l.level_index, r.reading_index, l.target_force_N, l.target_pressure_Pa, r.flags{}"
       " FROM lcr_reading AS r JOIN level AS l ON l.run_id = r.run_id AND l.level = r.level"
       " WHERE r.run_id = ? AND r.reading_index IS NOT NULL AND NOT EXISTS (SELECT 1 FROM event AS e"
-      " WHERE e.run_id = r.run_id AND e.kind = '{}'"
+      " WHERE e.run_id = r.run_id AND e.kind = ?"
       " AND json_extract(e.detail, '$.level') = r.level) ORDER BY r.seq",
-      c.value_sql, to_string(EventKind::level_abandoned));
+      c.value_sql);
   std::string scratch;
-  return for_each_reading(db, c, sql, out, [&](const Statement& row, const Aligned& a) {
+  const auto write = [&](const Statement& row, const Aligned& a) {
     for (int i = 4; i <= 7; ++i) out.integer(row.integer(i));
     append_targets(out, row.optional_real(8), row.optional_real(9));
     out.rounded(a.state.force_N, c.ends.force_N);
@@ -279,7 +279,8 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
     append_values(out, c, row, 11);
     append_flags(out, scratch, row.integer(10), kLcrFlagWords);
     for (int i = 5; i <= 6; ++i) out.integer(row.integer(i));
-  });
+  };
+  return for_each_reading(db, c, sql, out, write, EventKind::level_abandoned);
 }
 
 void add(std::vector<Column>& to, const std::vector<Column>& more) {

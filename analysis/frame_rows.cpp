@@ -8,7 +8,7 @@ namespace lcrig {
 
 namespace {
 
-// Measured: a quarter of this overlapped little with the reader of it. Twice 2.4 MB.
+// Two batches take 4.8 MB. A quarter of the size was measured to overlap little with the reader.
 constexpr std::size_t kBatchRows = 1 << 15;
 
 }  // namespace
@@ -19,9 +19,7 @@ Result<FrameRows> FrameRows::open(const Database& db, std::int64_t run) {
   auto reader = std::make_unique<Reader>();
   const bool ahead = *last > kPieceRows;
   if (ahead) {
-    auto own = open_read_only(db.path(), db.vfs());
-    if (!own) return fail(own.error());
-    reader->own = std::move(*own);
+    if (auto r = keep(open_read_only(db.path(), db.vfs()), reader->own); !r) return fail(r.error());
   }
   auto rows = (ahead ? reader->own : db)
                   .query(
@@ -35,7 +33,7 @@ Result<FrameRows> FrameRows::open(const Database& db, std::int64_t run) {
   return out;
 }
 
-// Fewer than a batch: the last one.
+// Reads one batch. A batch that is not full is the last one.
 Result<FrameRows::Batch> FrameRows::Reader::read() {
   Batch out;
   out.reserve(kBatchRows);
@@ -59,7 +57,7 @@ Result<> FrameRows::fill() {
   if (!batch) return fail(batch.error());
   batch_ = std::move(*batch);
   next_ = 0;
-  ended_ = batch_.size() < kBatchRows;  // stepping on would begin again
+  ended_ = batch_.size() < kBatchRows;  // stepping again would restart the statement
   if (ahead_ && !ended_) {
     coming_ = std::async(std::launch::async, [reader = reader_.get()] { return reader->read(); });
   }

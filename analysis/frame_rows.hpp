@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stored samples of a run in order; of a long run, read ahead by a thread.
+// Reads a run's stored frame samples in order for FrameTrack. A thread reads ahead in a long run.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,19 @@ struct FrameRow {
   std::int64_t flags = 0;
 };
 
-// Ends at the last sample that was stored when it was opened. `db` may be used for anything else
-// meanwhile; short runs are read with it, long ones with a connection of their own.
+// Stops at the last sample that was stored when it was opened. The caller may use `db` for other
+// queries meanwhile. Short runs are read over `db`, long ones over a connection of their own.
 class FrameRows {
  public:
   static Result<FrameRows> open(const Database& db, std::int64_t run);
-  // Null: no more. Valid until the next call.
+  // Null: no more rows. The pointer is valid until the next call.
   Result<const FrameRow*> next();
 
  private:
   using Batch = std::vector<FrameRow>;
-  // At a place of its own: the thread keeps pointing to it.
+  // On the heap, because the thread keeps a pointer to it.
   struct Reader {
-    Database own;  // not open: the statement is the caller's connection's
+    Database own;  // not open when the statement belongs to the caller's connection
     Statement rows;
     Result<Batch> read();
   };
@@ -41,7 +41,7 @@ class FrameRows {
   bool ahead_ = false, ended_ = false;
   Batch batch_;
   std::size_t next_ = 0;
-  std::future<Result<Batch>> coming_;  // its destructor waits; before `reader_` goes
+  std::future<Result<Batch>> coming_;  // declared last: its destructor waits for the thread
 };
 
 }  // namespace lcrig

@@ -45,8 +45,8 @@ Result<> FrameTrack::advance() {
   s.clock_s = time.residual_s;
   if (before_) s.t_ns = std::max(s.t_ns, before_->t_ns);
   s.device_seq = stored.device_seq;
-  s.after_gap =
-      (stored.flags & kFrameAfterGap) != 0 || (before_ && s.device_seq != before_->device_seq + 1);
+  s.after_gap = (stored.flags & frame_flag::kAfterGap) != 0 ||
+                (before_ && s.device_seq != before_->device_seq + 1);
   s.force_N = stored.force_N;
   s.travel_m = stored.travel_m;
   after_ = s;

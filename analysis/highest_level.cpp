@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The change of capacitance from C0 to the highest level.
-#include <cmath>
 
 #include "analysis/metrics.hpp"
 
@@ -8,7 +7,7 @@ namespace lcrig {
 
 namespace {
 
-// Between repeats; of one repeat, its readings with what neighbours know of each other.
+// Scatter between repeats, or with one repeat that of its readings, widened for their correlation.
 SlopePart scatter_of_level(const Scene& scene, const CurvePoint& level) {
   if (level.repeats > 1) return {*level.standard_error_fF, level.repeats - 1.0};
   const auto readings = static_cast<double>(level.readings);
@@ -31,7 +30,7 @@ std::vector<double> times_of(const LevelResults& levels, const CurvePoint& level
   return out;
 }
 
-// The drift is subtracted from the first rest, where C0 is, to the level.
+// The drift is subtracted over the time from the first rest, where C0 is, to the level.
 SlopePart error_of_drift(const Drift& drift, const std::vector<double>& times_s) {
   if (!drift.known()) return {};
   RunningMean since_s;
@@ -39,9 +38,9 @@ SlopePart error_of_drift(const Drift& drift, const std::vector<double>& times_s)
   return {since_s.mean * drift.rate_se_fF_s() * (1 - drift.followed()), drift.rate_freedom()};
 }
 
-// A specimen that has not recovered yet shifts all rests after a load against the baseline, which
-// looks like drift. How much of what is subtracted may be that: the difference to a drift that has
-// its rate from the rests after loads alone.
+// Error from a specimen that has not recovered yet. This shifts all rests after a load against the
+// baseline, which looks like drift. Its size is estimated as the difference to a drift whose rate
+// comes from the rests after loads alone.
 SlopePart recovery(const Scene& scene, const std::vector<double>& times_s) {
   std::vector<RestNode> nodes = scene.drift.nodes();
   const bool first_is_baseline = !scene.loadings.empty() && !nodes.empty() &&
@@ -92,9 +91,7 @@ HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& le
                           error_of_drift(scene.drift, times_s), recovery(scene, times_s)};
   out.delta_C.estimate =
       estimate_of_parts(*top->delta_C_fF, out.parts_of_delta_C, scene.options.confidence);
-  if (top->repeats == 1) {
-    out.delta_C.reason = "one repeat: the interval knows nothing of what differs between repeats";
-  }
+  if (top->repeats == 1) out.delta_C.reason = kOneRepeat;
   return out;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stretches of steady load: creep, drift and settling.
+// Finds stretches of steady load and computes creep, drift and settling from them.
 #include <algorithm>
 #include <cmath>
 
@@ -10,16 +10,16 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kForceBand = 0.02;  // of the force above rest
-// A held travel lets the force relax; beyond this it is a motion.
+constexpr double kForceBand = 0.02;  // of the force above rest; within it a load is steady
+// At a held travel the force relaxes. A larger change than this share is a motion.
 constexpr double kRelaxation = 0.15;
-constexpr double kTravelBand = 0.005;  // of the travel of the cycle
-constexpr double kSteady = 0.005;  // change of a held force, over the stretch
+constexpr double kTravelBand = 0.005;  // share of the cycle's travel
+constexpr double kSteady = 0.005;  // largest relative change of a held force over the stretch
 constexpr double kTravelResolution_m = 1e-9;
 constexpr double kLeastTime_s = 2;
 constexpr std::int64_t kLeastReadings = 10;
-constexpr double kResolved = 3.3;  // standard errors: one in a thousand by chance
-constexpr double kSettled = 0.02;  // of the change from rest
+constexpr double kResolved = 3.3;  // standard errors: chance exceeds it once in a thousand
+constexpr double kSettled = 0.02;  // share of the change from rest within which C has settled
 constexpr std::size_t kMaxHolds = 1000;
 constexpr int kTimeConstants = 60;
 
@@ -48,8 +48,8 @@ bool stays(const Scene& scene, const RunReading& from, const RunReading& r, doub
          std::abs(r.travel_m - from.travel_m) <= kTravelBand * range_m;
 }
 
-// The end of the ramp before a hold is no creep: readings from which the force still moves by more
-// than a twentieth of itself in a second are cut off at the front.
+// Cuts the end of a ramp off the front of a hold, because it is no creep: the readings from which
+// the force still changes by more than a twentieth in a second.
 void cut_ramp(const Scene& scene, Stretch& s) {
   const auto& readings = scene.data.readings;
   const std::size_t half = s.first + (s.last - s.first) / 2;
@@ -71,7 +71,7 @@ double trend(const std::vector<LinePoint>& points, double span, double& error) {
   return line->slope * span;
 }
 
-// A slow ramp, too, stays within the band for a while; but then force and travel both go on.
+// A slow ramp also stays within the band for a while, but its force and travel both keep changing.
 bool is_held(const Scene& scene, const Stretch& s) {
   const auto& readings = scene.data.readings;
   std::vector<LinePoint> force, travel;
@@ -114,7 +114,7 @@ std::vector<Stretch> find_stretches(const Scene& scene, const Loading& c) {
   return out;
 }
 
-// Readings of a stretch as time since its begin (half a reading before the first) and C in fF.
+// The readings of a stretch: time since its beginning (half a reading before the first) and C, fF.
 struct Series {
   std::vector<double> t_s, fF;
 };
@@ -172,7 +172,7 @@ void fit_drift(const Series& s, HoldResult& h) {
   h.drift_se_fF_per_s = line->slope_se();
 }
 
-// C = end + step exp(-t/tau): linear for a given tau, so tau is searched on a grid.
+// Fits C = end + step exp(-t/tau). This is linear for a given tau, so tau is searched on a grid.
 void fit_settling(const Series& s, double rest_fF, HoldResult& h) {
   const double longest = s.t_s.back(), shortest = std::max(s.t_s.front(), longest * 1e-3);
   std::optional<LeastSquares::Solution> best;
@@ -218,7 +218,7 @@ HoldResult result_of(const Scene& scene, const RestedLoading& c, const Stretch& 
   return h;
 }
 
-// Change of delta C per decade of time: the mean of the holds, weighted with their errors.
+// Change of delta C per decade of time: the mean over the holds, weighted by their errors.
 void calc_creep(const Scene& scene, HoldResults& out) {
   RunningMean unweighted;
   double weights = 0, sum = 0, squares = 0;
@@ -241,7 +241,7 @@ void calc_creep(const Scene& scene, HoldResults& out) {
   }
   const double mean = sum / weights;
   const auto freedom = static_cast<double>(unweighted.count - 1);
-  // The scatter between holds counts where it is larger than that within them (Birge's ratio).
+  // The scatter between holds counts where it exceeds the errors within them (Birge's ratio).
   const double birge = freedom > 0 ? std::max(1.0, (squares - sum * mean) / freedom) : 1;
   const bool between = birge > 1;
   out.creep.estimate = estimate(mean, std::sqrt(birge / weights),

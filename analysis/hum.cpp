@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sine in the readings that no specimen makes.
+// Finds a sine in the readings that does not come from the specimen. See metrics.hpp.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -15,37 +15,37 @@ namespace lcrig {
 namespace {
 
 constexpr double kLowest_Hz = 0.05, kHighest_Hz = 1;
-constexpr double kOversampling = 3;  // of the periodogram, against one over the length of the run
-constexpr double kHumBlock_s = 0.25;  // a sine of 1 Hz keeps 0.9 of its amplitude in the mean
-constexpr double kReadingsAPeriod = 2.5;  // at least
-constexpr double kFalseHum = 1e-3;  // share of runs without any in which one is found
-constexpr std::size_t kBeside = 90, kOfSine = 5;  // frequencies on either side: the noise; the sine
+constexpr double kOversampling = 3;  // of the periodogram, over one point per period in the run
+constexpr double kHumBlock_s = 0.25;  // in such a mean a sine of 1 Hz keeps 0.9 of its amplitude
+constexpr double kReadingsAPeriod = 2.5;  // fewest readings in a period
+constexpr double kFalseHum = 1e-3;  // share of runs without a sine in which one is found by mistake
+constexpr std::size_t kBeside = 90, kOfSine = 5;  // on either side: of noise; of the sine itself
 constexpr std::size_t kLeastFrequencies = 60;
-constexpr std::size_t kLeastBlocks = 4;  // of a stretch
-constexpr Eigen::Index kLeastAlike = 3, kLeastLevels = 4;  // stretches that are compared
-// Share of a sine that must be left after what a specimen may do is taken out.
+constexpr std::size_t kLeastBlocks = 4;  // fewest blocks of a stretch
+constexpr Eigen::Index kLeastAlike = 3, kLeastLevels = 4;  // fewest stretches that are compared
+// Share of a sine that must remain after everything a specimen may do is taken out.
 constexpr double kLeft = 0.05;
-constexpr double kMostWork = 4e7;  // frequencies times blocks: a fifth of a second
+constexpr double kMostWork = 4e7;  // frequencies times blocks; takes a fifth of a second
 constexpr int kRefinements = 3, kHalf = 4;  // steps on either side, each time a quarter as wide
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-// Means of neighbouring readings of one stretch.
+// One stretch as the means of blocks of neighbouring readings.
 struct HumStretch {
   std::vector<double> t_s, fF;
-  double level_fF = 0;  // mean of the level; 0 for rests
+  double level_fF = 0;  // mean of the level; 0 for a rest
 };
 
-// Stretches of equal length, one after the other in the vectors of HumSearch.
+// Stretches of equal length. Their blocks follow each other in the vectors of HumSearch.
 struct Alike {
   Eigen::Index first = 0, blocks = 0, stretches = 0;
-  Matrix common;  // orthonormal, stretches by functions: what block k of all may have in common
-  Vector trend;  // of a stretch alone: its line, of unit length and mean 0; else empty
+  Matrix common;  // orthonormal, stretches by functions: what the k-th blocks may share
+  Vector trend;  // the line of a single stretch, with unit length and mean 0; else empty
 };
 
 struct SineFit {
-  double explained = 0;  // sum of squares; 0: such a sine cannot be told from the specimen
+  double explained = 0;  // sum of squares; 0: the sine cannot be told from the specimen
   double cosine_fF = 0, sine_fF = 0;
 };
 
@@ -58,7 +58,7 @@ class HumSearch {
   double begin_s() const { return t_s_.minCoeff(); }
   double length_s() const { return t_s_.maxCoeff() - t_s_.minCoeff(); }
   double block_s() const { return block_s_; }
-  // Of all frequencies from `low_Hz` on.
+  // Fits all frequencies from `low_Hz` on.
   std::vector<SineFit> fit_all(double low_Hz, double step_Hz, std::size_t count) const;
   SineFit fit(double frequency_Hz) const;
 
@@ -79,7 +79,7 @@ class HumSearch {
   std::size_t together_ = 1;  // readings in a block
   std::vector<double> times_, values_;
   std::vector<Alike> groups_;
-  Vector t_s_, left_fF_;  // of the blocks; what no specimen makes
+  Vector t_s_, left_fF_;  // of the blocks; what no specimen explains
 };
 
 double interval_of(const RunView& view, const Rests& rests, const MeasuredLevels& measured) {
@@ -156,7 +156,7 @@ void HumSearch::add_levels(const MeasuredLevels& measured, Direction direction) 
   add(std::move(levels), true);
 }
 
-// Of stretches of different length the number of blocks that keeps most.
+// Stretches of different length are cut to a common number of blocks, which keeps most blocks.
 std::size_t common_length(const std::vector<HumStretch>& stretches) {
   std::map<std::size_t, std::size_t, std::greater<>> counts;
   for (const HumStretch& s : stretches) ++counts[s.fF.size()];
@@ -209,7 +209,7 @@ void HumSearch::add_alone(const HumStretch& stretch) {
   groups_.push_back(std::move(group));
 }
 
-// Exact, because the stretches of a group are equally long.
+// The projections are exact, because the stretches of a group have equal length.
 void HumSearch::take_out(const Alike& g) {
   Eigen::Map<Matrix> part(left_fF_.data() + g.first, g.blocks, g.stretches);
   part.rowwise() -= part.colwise().mean().eval();
@@ -223,7 +223,7 @@ void HumSearch::finish() {
   for (const Alike& g : groups_) take_out(g);
 }
 
-// Least squares of cosine and sine, from which the same is taken out as from the readings.
+// Least squares of cosine and sine, which lose the same parts that were taken out of the readings.
 SineFit HumSearch::solve(const Matrix& waves) const {
   Eigen::Matrix2d normal = waves.transpose() * waves;
   const Eigen::Vector2d right = waves.transpose() * left_fF_;
@@ -262,7 +262,7 @@ SineFit HumSearch::fit(double frequency_Hz) const {
   return solve(waves);
 }
 
-// Each frequency's sines are those of the one before, turned.
+// The waves of a frequency are those of the one before, rotated by one step.
 std::vector<SineFit> HumSearch::fit_all(double low_Hz, double step_Hz, std::size_t count) const {
   const Eigen::ArrayXd begin = 2 * std::numbers::pi * low_Hz * t_s_.array();
   const Eigen::ArrayXd step = 2 * std::numbers::pi * step_Hz * t_s_.array();
@@ -281,10 +281,10 @@ std::vector<SineFit> HumSearch::fit_all(double low_Hz, double step_Hz, std::size
   return out;
 }
 
-// The noise at a frequency, from what sines beside it explain. Under white noise a sine explains
-// two mean squares; the median is 2 ln 2 of them, and the mean logarithm lies Euler's constant
-// below. Slow noise grows towards low frequencies, so a straight line through the logarithms counts
-// where it says more than the median.
+// Estimates the noise at a frequency from what sines at neighbouring frequencies explain. Under
+// white noise a sine explains two mean squares. The median is then 2 ln 2 mean squares, and the
+// mean logarithm lies Euler's constant below. Slow noise grows towards low frequencies, so a
+// straight line through the logarithms is used where it gives more than the median.
 double noise_at(const std::vector<SineFit>& fits, std::size_t at, double first) {
   std::vector<double> beside;
   RunningLine line;

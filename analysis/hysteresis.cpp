@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loading against unloading, all cycles together.
+// Compares loading and unloading over all cycles together.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,11 +14,11 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kOrder = 3;  // of the polynomial of a branch
-constexpr std::int64_t kLeastOfBranch = 12;  // of a branch, all cycles together
-constexpr double kFrom = 0.1, kTo = 0.95;  // of the peak: contact and turning point excluded
+constexpr std::size_t kOrder = 3;  // of the polynomial through each branch
+constexpr std::int64_t kLeastOfBranch = 12;  // fewest readings of a branch, all cycles together
+constexpr double kFrom = 0.1, kTo = 0.95;  // parts of the peak force; contact and turn are excluded
 constexpr int kGrid = 18;
-constexpr double kInReadings = 3.3;  // standard errors: one in a thousand by chance
+constexpr double kInReadings = 3.3;  // standard errors: chance exceeds it once in a thousand
 constexpr const char* kLargestGap =
     "largest difference between unloading and loading at equal force, over the span of C; both "
     "branches as cubics through the readings of all cycles between 10 and 95 % of the peak force, "
@@ -30,7 +30,7 @@ constexpr const char* kArea =
 
 using Row = std::array<double, kOrder + 1>;
 
-// Polynomials in u = force / peak, scaled to -1..1 over the fitted part; fF above rest.
+// Polynomials in u = force / peak. The fitted part of u is scaled to -1..1. C is in fF above rest.
 void fill(double u, Row& row) {
   const double v = (2 * u - kFrom - kTo) / (kTo - kFrom);
   row[0] = 1;
@@ -39,19 +39,19 @@ void fill(double u, Row& row) {
 
 struct Branches {
   LeastSquares up{kOrder + 1}, down{kOrder + 1};
-  double square_rate_error = 0;  // of (rate of force times uncertainty of the instant), N2
+  double square_rate_error = 0;  // (rate of force times uncertainty of the instant)^2, summed, N2
   std::int64_t counts = 0;
 };
 
-// One reading of a branch as the fit sees it.
+// One reading of a branch as the fit takes it.
 struct Taken {
   std::size_t cycle = 0;
   bool up = false;
   Row row{};
-  double fF = 0;  // above the rest of the cycle, scaled
+  double fF = 0;  // above C at the cycle's rest, scaled to the mean height of the cycles
 };
 
-// `late`: the force at the end of the window instead of its middle, from the rate of force.
+// `late`: takes the force at the end of the window, by its rate, instead of that in the middle.
 std::optional<Taken> taken(const Scene& scene, const CycleResult& c, const RunReading& r,
                            double scale, bool late) {
   if (spans_turn(c, r)) return std::nullopt;
@@ -65,7 +65,7 @@ std::optional<Taken> taken(const Scene& scene, const CycleResult& c, const RunRe
   return out;
 }
 
-// Cycles of different height (presses at different places) are brought to the mean one.
+// Cycles of different height (such as presses at different places) are scaled to the mean height.
 constexpr double kAlike = 0.2;
 
 double mean_height_fF(const std::vector<CycleResult>& cycles) {
@@ -86,7 +86,7 @@ std::vector<double> scales(const std::vector<CycleResult>& cycles) {
   return scale;
 }
 
-// Input of the branches.
+// Input for the fit of the branches.
 struct Source {
   const Scene& scene;
   const std::vector<CycleResult>& cycles;
@@ -135,7 +135,7 @@ struct Loop {
   std::string basis;
   std::vector<LoopPoint> points;
   std::size_t largest = 0;
-  double area = 0, area_variance = 0;  // mean gap over the range, fF
+  double area = 0, area_variance = 0;  // `area`: mean gap over the range, fF
 };
 
 std::optional<Loop> make_loop(const Branches& b, double peak_N) {
@@ -176,11 +176,11 @@ std::optional<Loop> make_loop(const Branches& b, double peak_N) {
 }
 
 // Contribution of one cycle to the coefficients of the branches. Where all cycles have the same
-// readings it is the cycle's own branch less the common one, divided by the number of cycles.
+// readings this is the cycle's own branch less the common one, divided by the number of cycles.
 struct CycleShare {
   Row up{}, down{};
-  double span_fF = 0;  // likewise of the span that the gap is divided by
-  double explained = 0;  // of the residual sum of squares, by branches of its own
+  double span_fF = 0;  // its contribution to the span that the gap is divided by
+  double explained = 0;  // part of the residual sum of squares that its own branches explain
 };
 
 std::vector<CycleShare> shares_of(const Source& from, const Loop& loop) {
@@ -211,7 +211,7 @@ std::vector<CycleShare> shares_of(const Source& from, const Loop& loop) {
   return shares;
 }
 
-// Variance of the gap, fF2. The gap is taken relative to the span, so that errors that both share
+// Variance of the gap, fF2. The gap is taken relative to the span, so that errors which both share
 // cancel.
 double variance_of_shares(const std::vector<CycleShare>& shares, const Row& row, double of_span) {
   double sum = 0;
@@ -224,9 +224,10 @@ double variance_of_shares(const std::vector<CycleShare>& shares, const Row& row,
   return sum * n / (n - 1);
 }
 
-// The cycles as a sample, as the slopes of repeats are; the readings' scatter only while that says
-// more, and never with two cycles. One cycle: its readings, with what neighbours know of each
-// other.
+// Sets the errors of the gap. The cycles are treated as a sample, like the slopes of repeats. The
+// scatter of the readings takes over only where it gives the larger error, and never with two
+// cycles. With one cycle its readings alone give the error, corrected for the correlation of
+// neighbours.
 void set_errors(const Source& from, Loop& loop) {
   const std::size_t cycles = from.cycles.size();
   if (cycles == 1) {
@@ -247,7 +248,7 @@ void set_errors(const Source& from, Loop& loop) {
     const LoopPoint& p = loop.points[static_cast<std::size_t>(k)];
     errors.push_back(std::sqrt(variance_of_shares(shares, row, (p.down_fF - p.up_fF) / span)));
   }
-  // The readings' scatter without what differs from cycle to cycle.
+  // The scatter of the readings after the differences between cycles are taken out.
   double within = loop.up.residual_ss + loop.down.residual_ss;
   for (const CycleShare& s : shares) within -= s.explained;
   const double freedom =
@@ -275,8 +276,8 @@ double mean_peak_N(const std::vector<CycleResult>& cycles) {
   return sum / static_cast<double>(cycles.size());
 }
 
-// A common error of the instant shifts loading and unloading apart: 2 (dC/dF) (dF/dt) u, with the
-// slope of the curve where the gap is largest, from both branches.
+// A common error of the instant shifts loading and unloading apart by 2 (dC/dF) (dF/dt) u. The
+// slope of the curve is that where the gap is largest, from both branches.
 double alignment_fF(const Branches& b, const Loop& loop) {
   const LoopPoint& before = loop.points[loop.largest - (loop.largest > 0 ? 1 : 0)];
   const LoopPoint& after = loop.points[std::min(loop.largest + 1, loop.points.size() - 1)];
@@ -296,20 +297,18 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
                              freedom, confidence);
   h.largest_gap.rows = h.area.rows = b.counts;
   h.alignment_percent = alignment_fF(b, loop) / span * 100;
-  // The largest of many points of a fit stands out by chance more often than one.
+  // The largest of many points exceeds a limit by chance more often than a single one.
   const double noise = coverage_factor(0.99, freedom) * *h.largest_gap.estimate->standard_error;
   const double limit = std::hypot(noise, 2 * *h.alignment_percent);
   h.resolved = h.largest_gap.value() > limit;
   if (!h.resolved) {
     double& low = h.largest_gap.estimate->interval->front();
-    low = std::min(low, 0.0);  // which of the branches lies above is not known
+    low = std::min(low, 0.0);  // it is not known which branch lies above the other
     h.largest_gap.reason = fmt::format(
         "not resolved: noise and the instant of the readings alone can make {:.2g} %", limit);
   }
   if (from.cycles.size() == 1) {
-    for (Metric* m : {&h.largest_gap, &h.area}) {
-      add_remark(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
-    }
+    for (Metric* m : {&h.largest_gap, &h.area}) add_remark(m->reason, kOneCycle);
   }
   h.loop = loop.points;
   h.in_readings =

@@ -9,7 +9,7 @@ namespace lcrig {
 LeastSquares::LeastSquares(std::size_t columns)
     : columns_(columns), normal_(columns * columns, 0.0), right_(columns, 0.0) {}
 
-// The first column is expected to be 1: then subtracting the first y from all moves only its value.
+// The first column must be 1. Subtracting the first y from all y then changes only the first value.
 void LeastSquares::add(const double* row, double y) {
   if (rows_++ == 0) y0_ = y;
   const double d = y - y0_;
@@ -25,7 +25,7 @@ std::optional<LeastSquares::Solution> LeastSquares::solve() const {
   if (rows_ < static_cast<std::int64_t>(columns_)) return std::nullopt;
   const Eigen::Map<const Eigen::MatrixXd> normal(normal_.data(), n, n);
   const Eigen::Map<const Eigen::VectorXd> right(right_.data(), n);
-  // Columns of unit length, so that the rank does not depend on units.
+  // Scales the columns to unit length, so that the rank does not depend on units.
   const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
   if ((scale.array() <= 0).any()) return std::nullopt;
   const Eigen::VectorXd inverse = scale.cwiseInverse();

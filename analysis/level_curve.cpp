@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The curve over the levels of all repeats: how straight and how repeatable it is.
+// The curve over the levels of all repeats: how straight it is, and how well it repeats.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,12 +12,12 @@ namespace lcrig {
 namespace {
 
 struct Point {
-  RunningMean capacitance;  // pF, of the levels' means
+  RunningMean capacitance;  // pF, of the means of the levels
   double weighted_pF = 0, weighted_kPa = 0;
   double variance_of_sum = 0;  // of weighted_pF, from the scatter of the readings
   std::int64_t readings = 0;
   double low_pF = 0, high_pF = 0;
-  std::map<std::int32_t, double> of_repeat;  // pF
+  std::map<std::int32_t, double> of_repeat;  // mean of each repeat, pF
 };
 
 std::map<LevelKey, Point> group(const LevelResults& levels) {
@@ -38,7 +38,7 @@ std::map<LevelKey, Point> group(const LevelResults& levels) {
   return points;
 }
 
-// Between the repeats when there are some; a C0 that moves between them is part of it.
+// Error from the scatter between repeats, if there are several; a moving C0 is part of it.
 std::optional<double> error_of(const Point& p) {
   const auto repeats = static_cast<double>(p.capacitance.count);
   if (repeats >= 2) return std::sqrt(p.capacitance.variance() / repeats) * 1e3;
@@ -135,14 +135,15 @@ void calc_linearity(Direction direction, CurveResult& out) {
   }
 }
 
-// What differs between repeats moves their levels alike, so the levels together tell the scatter
-// between repeats hardly better than one of them. Degrees of freedom of the pooled variance:
-// n (tr V)^2 / tr(V^2), for the covariance V of the levels as the repeats tell it and n = repeats -
-// 1 (Greenhouse and Geisser, Psychometrika 24 (1959) 95). They are at most n^2: where the levels
-// scatter on their own, the interval is wider than it would have to be. Estimates of the traces
-// without bias give more, but hold in 84 % only where a part of the scatter is common.
+// Differences between repeats move all levels of a repeat alike. All levels together therefore tell
+// the scatter between repeats hardly better than one level does. Degrees of freedom of the pooled
+// variance: n (tr V)^2 / tr(V^2), with the covariance V of the levels as the repeats show it, and n
+// = repeats - 1 (Greenhouse and Geisser, Psychometrika 24 (1959) 95). They are at most n^2: where
+// the levels scatter independently, the interval is wider than it would have to be. Unbiased
+// estimates of the traces give more degrees of freedom, but then the interval holds in 84 % only
+// where part of the scatter is common.
 double freedom_of_repeats(const std::map<LevelKey, Point>& points) {
-  std::map<std::pair<std::int32_t, std::int32_t>, double> products;  // of deviations, over levels
+  std::map<std::pair<std::int32_t, std::int32_t>, double> products;  // of deviations
   std::set<std::int32_t> repeats;
   for (const auto& [key, p] : points) {
     for (const auto& [a, of_a] : p.of_repeat) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The `measure` steps: mean, scatter, outliers.
+// Collects the `measure` steps: mean, scatter and outliers of each level.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,13 +11,13 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kListedOutliers = 1000;
-// An outlier is so far out that a run without any would show one in a hundred runs.
+// Share of runs without outliers in which one is found by mistake. It sets the limit for outliers.
 constexpr double kFalseOutliers = 0.01;
 
 struct Collected {
   RunningMean capacitance, time, force;
-  double products = 0;  // of force and capacitance, about their means
-  double time_products = 0;  // of time and capacitance
+  double products = 0;  // of force and capacitance, relative to their means
+  double time_products = 0;  // of time and capacitance, relative to their means
   std::size_t first = 0, last = 0;  // [first, last) of the readings
 };
 
@@ -72,7 +72,8 @@ MeasuredLevel measured(const RunView& view, const LevelRow& row, const Collected
   return l;
 }
 
-// Against the level before in the same repeat; the first one goes the way of the second.
+// A level's direction is found by comparison with the level before it in the same repeat. The first
+// level gets the direction of the second.
 void find_directions(std::vector<MeasuredLevel>& levels) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const bool first = i == 0 || levels[i - 1].repeat != levels[i].repeat;
@@ -86,7 +87,7 @@ void find_directions(std::vector<MeasuredLevel>& levels) {
   }
 }
 
-// Scatter of the levels between repeats when this part of the rests' deviations is followed.
+// Scatter of the levels between repeats when this part of the rests' deviations is subtracted.
 std::optional<double> scatter_with(Drift drift, const MeasuredLevels& measured, double part) {
   drift.follow(part);
   std::vector<RangePoint> points;
@@ -102,27 +103,28 @@ std::optional<double> scatter_with(Drift drift, const MeasuredLevels& measured, 
   return error ? std::optional(error->variance) : std::nullopt;
 }
 
-// Readings lie nearer to the median of their own few than to the middle of all: how much larger
-// their standard deviation is than 1.4826 times the median of their distances. From 400,000 sets of
-// normal numbers for each size; from ten on within 1.2 %.
+// Corrects the robust standard deviation of few readings. Readings lie nearer to the median of
+// their own few than to the true middle. The factor is their standard deviation over 1.4826 times
+// the median of their distances. It comes from 400,000 sets of normal numbers for each size; from
+// ten readings on the formula holds within 1.2 %.
 double robust_sigma_factor(std::int32_t readings) {
-  constexpr std::array kOfFew = {1.390, 1.375, 1.277, 1.223, 1.197, 1.158};  // 4 to 9
+  constexpr std::array kOfFew = {1.390, 1.375, 1.277, 1.223, 1.197, 1.158};  // for 4 to 9 readings
   const auto k = static_cast<std::size_t>(readings - 4);
   return k < kOfFew.size() ? kOfFew[k] : readings / (readings - 1.3);
 }
 
-// How much farther than `limit_of_outliers` the farthest of `all` readings, `each` a level, lies in
-// one run of a hundred: their median may be off, and the scatter is known badly. From 1500 to
-// 20,000 runs of normal numbers for 4 to 50 readings of 3 to 80 levels; within 5 %.
+// Factor on `limit_of_outliers` for `all` readings, `each` in a level: the farthest one exceeds the
+// product in one run of a hundred. The median of few may be off, and their scatter is badly known.
+// From 1500 to 20,000 runs of normal numbers for 4 to 50 readings of 3 to 80 levels; within 5 %.
 double limit_of_few(double all, double each) {
   return 1 + (0.7 + 4 / each) / std::sqrt(all) + (2 + 33 / each) / all;
 }
 
-// Every reading against the median of its level, in pooled robust standard deviations.
+// Compares every reading with the median of its level, in pooled robust standard deviations.
 void find_outliers(const RunView& view, MeasuredLevels& out) {
   const auto& readings = view.data.readings;
   std::vector<double> medians(out.levels.size()), all, values;
-  double judged = 0;  // levels
+  double judged = 0;  // number of levels with enough readings
   for (std::size_t k = 0; k < medians.size(); ++k) {
     const MeasuredLevel& l = out.levels[k];
     if (l.readings < 4) continue;
@@ -160,7 +162,7 @@ std::vector<std::size_t> used_in(const RunView& view, const Loading& c) {
   return out;
 }
 
-// Of one reading of a loading, from second differences: an even loading cancels.
+// Noise of one reading during a loading, from second differences, in which an even loading cancels.
 double noise_of_loadings(const RunView& view, const Rests& rests) {
   std::vector<double> bends;
   for (const RestedLoading& c : rests.loadings) {
@@ -173,11 +175,12 @@ double noise_of_loadings(const RunView& view, const Rests& rests) {
   return robust_sigma(bends) / std::sqrt(6.0);
 }
 
-// A reading far from the median of its neighbours in a loading: as many standard deviations off as
-// above, and by more than five of them spread. A turn of the force or a bend does not do that.
+// Finds readings far from the median of their neighbours in a loading. Such a reading is off by
+// `limit` standard deviations, and by more than five times the spread of its neighbours. A turn of
+// the force or a bend of the curve does not do that.
 void find_outliers_of_loading(const RunView& view, const Loading& c, double sigma, double limit,
                               std::vector<Outlier>& out) {
-  constexpr std::size_t kWindow = 7, kMost = 5;  // of the window
+  constexpr std::size_t kWindow = 7, kMost = 5;  // kMost: the closest together, whose spread counts
   constexpr double kStandsOut = 5;
   const auto used = used_in(view, c);
   if (used.size() < kWindow) return;

@@ -40,7 +40,7 @@ int count_distinct(std::span<const LinePoint> points) {
   return static_cast<int>(std::unique(x.begin(), x.end()) - x.begin());
 }
 
-// Weighted mean in two passes: the second removes what the first rounded.
+// Weighted mean in two passes: the second one corrects the rounding of the first.
 double mean_of(std::span<const LinePoint> points, double LinePoint::* what, double sum_weights) {
   double sum = 0;
   for (const LinePoint& p : points) sum += p.weight * (p.*what - points[0].*what);
@@ -50,7 +50,7 @@ double mean_of(std::span<const LinePoint> points, double LinePoint::* what, doub
   return first + rest / sum_weights;
 }
 
-// Sums of squared residuals of the first 1, 2, ... points in the order of the range.
+// Sums of squared residuals of the line through the first 1, 2, ... points of the range.
 template <class Range>
 std::vector<double> growing_residuals(const Range& points, const LineFit& centre) {
   RunningLine line;
@@ -63,8 +63,8 @@ std::vector<double> growing_residuals(const Range& points, const LineFit& centre
   return out;
 }
 
-// The number of points below the limit that leaves the least squares; 0: there is none. One pass
-// from either end, about the means of all points.
+// Number of points below the limit that gives the least sum of squares; 0: there is no limit. Takes
+// one pass from either end, with sums about the means of all points.
 std::size_t best_cut(const std::vector<LinePoint>& sorted, const LineFit& one, int least) {
   const auto low = growing_residuals(sorted, one);
   const auto high = growing_residuals(std::views::reverse(sorted), one);
@@ -181,7 +181,7 @@ double median(std::vector<double> values) {
 double robust_sigma(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
   const double middle = median(values);
-  std::vector<double> deviations;  // Boost 1.81 forgets the middle in median_absolute_deviation
+  std::vector<double> deviations;  // Boost 1.81 ignores the middle in median_absolute_deviation
   deviations.reserve(values.size());
   for (const double v : values) deviations.push_back(std::abs(v - middle));
   return kMadToSigma * median(std::move(deviations));

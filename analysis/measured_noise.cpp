@@ -25,7 +25,7 @@ Result<MeasuredNoise> measured_noise(const Database& db, std::int64_t run) {
   MeasuredNoise out;
   out.meter = view.setting;
   out.reading_F = analysis->noise.value() * 1e-15;
-  // The view sees forces at the readings, interpolated between samples.
+  // The view's noise is that of forces interpolated between samples, which is smaller.
   if (view.force_noise_N > 0) out.force_N = view.force_noise_N / std::sqrt(kInterpolated);
   return out;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scatter of the instruments in a recorded run. `lcrig budget` can predict from it instead of from
-// a specification.
+// Reads the scatter of the instruments from a recorded run. `lcrig budget` can predict from it
+// instead of from a specification.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace lcrig {
 
 struct MeasuredNoise {
-  MeterSetting meter;  // under which the readings were taken
+  MeterSetting meter;  // the setting under which the readings were taken
   double reading_F = 0;  // standard deviation of one reading
   std::optional<double> force_N;  // of one sample; absent: no force was recorded
 };

@@ -12,16 +12,16 @@ namespace lcrig {
 
 namespace {
 
-// Scatter of one conversion at 1 kHz and 1 V, F: 3 fF at 20 kHz, FAST, of recordings, on the law
-// 1/(f V) and less by the root of the time ratio.
+// Standard deviation of one conversion at 1 kHz and 1 V, F, by speed: 3 fF at 20 kHz, FAST, from
+// recordings, scaled by 1/(f V), and less by the root of the ratio of conversion times.
 constexpr std::array<double, 3> kNoise_F{60e-15, 44e-15, 25e-15};
 
-// Ka and Kb below 100 Hz, up to 100 kHz, and above; Z in ohm, Vs in mV.
+// Ka and Kb: below 100 Hz, up to 100 kHz, and above. Z is in ohm, Vs in mV.
 struct Coefficients {
   double ka = 0, kb = 0;
 };
 Coefficients coefficients(const MeterSetting& s, double impedance_ohm) {
-  const bool fast = s.speed == MeterSpeed::fast;
+  const bool fast = s.aperture == Aperture::fast;
   const double mV = s.level_V * 1e3;
   const double f = s.frequency_Hz;
   const double low = f < 100 ? 1 + std::sqrt(100 / f) : 1;
@@ -37,7 +37,7 @@ Coefficients coefficients(const MeterSetting& s, double impedance_ohm) {
   return k;
 }
 
-// Factor of A outside 0.4 to 1.2 V: 2.5 at 0.1 V, 1.5 at 0.3 V, 1 at 1 V, straight in log level.
+// Factor on A outside 0.4 to 1.2 V: 2.5 at 0.1 V, 1.5 at 0.3 V, 1 at 1 V, linear in log level.
 Result<double> level_factor(double level_V) {
   if (level_V >= 0.4 && level_V <= 1.2) return 1.0;
   if (level_V < 0.1 || level_V > 2) {
@@ -63,12 +63,12 @@ Result<double> temperature_factor(double celsius) {
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text) {
   const auto stored = from_json<SettingsEvent>(json_text);
   if (!stored || !stored->aperture) return std::nullopt;
-  const auto speed = parse_word<MeterSpeed>(*stored->aperture);
+  const auto aperture = parse_word<Aperture>(*stored->aperture);
   MeterSetting out;
   out.frequency_Hz = stored->frequency_Hz.value_or(0);
   out.level_V = stored->level_V.value_or(0);
-  if (!speed || !(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
-  out.speed = *speed;
+  if (!aperture || !(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
+  out.aperture = *aperture;
   out.average = static_cast<int>(std::clamp(stored->average.value_or(1), 1.0, 256.0));
   out.internal_trigger = stored->internal_trigger();
   out.conversion_s = stored->conversion_time_s;
@@ -88,9 +88,9 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
   MeterAccuracy out;
   out.impedance_ohm = 1 / (2 * std::numbers::pi * s.frequency_Hz * capacitance_F);
   const Coefficients k = coefficients(s, out.impedance_ohm);
-  const double basic = (s.speed == MeterSpeed::fast ? 1e-3 : 5e-4) * *ar;
+  const double basic = (s.aperture == Aperture::fast ? 1e-3 : 5e-4) * *ar;
   const double kf = place.interpolated_correction ? 3e-4 : 0;
-  // Ae holds for D <= 0.1; beyond, times sqrt(1 + D^2).
+  // Ae holds for D <= 0.1; beyond, it is multiplied by sqrt(1 + D^2).
   const double loss = dissipation > 0.1 ? std::sqrt(1 + dissipation * dissipation) : 1;
   out.gain = (basic + kf + k.ka) * *kc * loss;
   out.offset_F = k.kb * *kc * loss * capacitance_F;
@@ -103,7 +103,7 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
 }
 
 double meter_noise_F(const MeterSetting& s) {
-  return kNoise_F[static_cast<std::size_t>(s.speed)] * (1000 / s.frequency_Hz) / s.level_V /
+  return kNoise_F[static_cast<std::size_t>(s.aperture)] * (1000 / s.frequency_Hz) / s.level_V /
          std::sqrt(s.average);
 }
 

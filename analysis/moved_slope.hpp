@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one error of the instant, alike in all readings, does to the slope of a curve y(x): it moves
-// each y by (dy/dx)(dx/dt), so the slope moves where the rate changes with x, and where the curve
-// bends.
+// How much the slope of a curve y(x) changes if all readings have the same error of their instant.
+// The error moves each y by (dy/dx)(dx/dt). The slope therefore changes where the rate changes with
+// x, and where the curve bends. Used for the uncertainty of slopes. Private to analysis/.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@ namespace lcrig {
 
 class MovedSlope {
  public:
-  void begin_group();  // the next points have an offset of their own: a repeat, a cycle
+  void begin_group();  // the points after it have an offset of their own: a repeat, a cycle
   void add(double x, double y, double rate);  // rate: dx/dt
 
-  // Change of the slope for each second of error. All groups share a parabola, if they tell one.
+  // Change of the slope per second of error. All groups share a parabola, if the points reveal one.
   double per_s() const;
 
  private:

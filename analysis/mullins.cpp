@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much the last peak of a run differs from the first: softening in the manner of Mullins.
+// By how much the last peak of a run differs from the first: the softening that Mullins described.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,16 +12,16 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kEqual = 0.02;  // of the largest: peaks within it are compared
+constexpr double kEqual = 0.02;  // share of the largest; peaks within it are comparable
 
 double spread(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return *high > 0 ? (*high - *low) / *high : std::numeric_limits<double>::infinity();
 }
 
-// Standard error of the index from the fits of both peaks, or from the scatter of all peaks about a
-// straight line over the cycles where that is larger: cycles differ by more than their readings
-// say.
+// Standard error of the index from the fits of both peaks. Where it is larger, the scatter of all
+// peaks about a straight line over the cycles is used, because cycles may differ by more than their
+// readings show.
 SlopePart error_of_mullins(const CycleResults& out) {
   const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
   const double ratio = last.delta_C_fF / first.delta_C_fF;
@@ -42,7 +42,7 @@ SlopePart error_of_mullins(const CycleResults& out) {
   return error;
 }
 
-// A turn overshoots, and not always by the same: the last loading at the force of the first.
+// A turn overshoots by varying amounts, so the last peak is corrected to the force of the first.
 void set_mullins_to_equal_force(const Scene& scene, CycleResults& out) {
   const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
   const double more_fF =
@@ -57,7 +57,7 @@ void set_mullins_to_equal_force(const Scene& scene, CycleResults& out) {
 
 void calc_mullins(const Scene& scene, CycleResults& out) {
   const auto contact = contact_mm(scene);
-  std::vector<double> forces, travels;  // since contact: the machine's zero lies anywhere
+  std::vector<double> forces, travels;  // since contact, because the machine's zero is arbitrary
   for (const CycleResult& c : out.cycles) {
     forces.push_back(c.peak_force_N);
     if (contact && c.peak_travel_mm) travels.push_back(std::abs(*c.peak_travel_mm - *contact));

@@ -33,7 +33,7 @@ void add_origin(const RunData& data, Notes& notes) {
   }
 }
 
-// `text` has a place for the count. Nothing is said of none.
+// Adds a note with the count in the place that `text` has for it; adds none if the count is 0.
 void add_count(std::int64_t count, const char* text, Notes& notes) {
   if (count > 0) notes.push_back(fmt::format(fmt::runtime(text), count));
 }
@@ -74,7 +74,7 @@ void add_settings(const RunView& view, Notes& notes) {
     notes.push_back(fmt::format(
         "the meter's settings changed during the run: only readings under {} Hz, {} V, {}, average "
         "{} are used ({} settings in all)",
-        s.frequency_Hz, s.level_V, to_string(s.speed), s.average, view.different_settings));
+        s.frequency_Hz, s.level_V, to_string(s.aperture), s.average, view.different_settings));
   }
   add_count(view.flagged,
             "{} readings are flagged (a value beside an overload, or the first after a "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The curve through the upper half of a loading and an unloading, whose first parameter is C at the
-// peak. The analysis fits it, the budget asks what scatter the fit will have.
+// The curve through the upper half of a loading and an unloading. Its first parameter is C at the
+// peak. The analysis fits it, and the budget predicts the scatter of the fit.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace lcrig {
 
 class PeakCurve {
  public:
-  static constexpr double kUpper = 0.5;  // of the force: readings above take part
+  static constexpr double kUpper = 0.5;  // share of the peak force above which readings take part
 
   PeakCurve(std::int64_t up, std::int64_t down)
       : branches_(up >= 2 && down >= 2),
@@ -21,7 +21,7 @@ class PeakCurve {
     if (own_bends_) return 6;
     return 1 + (branches_ ? 2U : 1U) + (bend_ ? 1U : 0U);
   }
-  // `d`: force over peak, less 1.
+  // `d`: force over peak force, less 1.
   std::array<double, 6> row(double d, bool rising) const {
     const double d2 = d * d;
     if (own_bends_) {
@@ -32,7 +32,7 @@ class PeakCurve {
   }
 
  private:
-  static constexpr std::int64_t kMany = 16;  // readings of a branch that tell its bend
+  static constexpr std::int64_t kMany = 16;  // readings of a branch that suffice for its own bend
   bool branches_, bend_, own_bends_;
 };
 

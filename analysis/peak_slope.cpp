@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast the capacitance grows with force at the peak: what an error of the force makes of the
-// peak. The mean slope of a bent curve would be another one.
+// Slope of C against force at the peak. It converts an error of the force into an error of the
+// peak. The mean slope of a bent curve would be different.
 #include <cmath>
 #include <set>
 
@@ -12,12 +12,12 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kApart = 0.08;  // of the peak force: nearer forces count as one
+constexpr double kApart = 0.08;  // of the peak force: closer forces count as one
 
 // Readings on the way up, in the upper half of the force.
 struct UpperHalf {
-  std::vector<double> part, delta_fF;  // force over the peak, less 1; C above the cycle's rest
-  std::size_t forces = 0;  // different ones
+  std::vector<double> part, delta_fF;  // force over peak, less 1; C above the cycle's rest
+  std::size_t forces = 0;  // number of different forces
 };
 
 UpperHalf upper_half(const Scene& scene, const std::vector<CycleResult>& cycles) {
@@ -49,7 +49,7 @@ std::optional<LeastSquares::Solution> fit(const UpperHalf& readings, std::size_t
   return out.solve();
 }
 
-// The highest power is twice its standard error.
+// True if the coefficient of the highest power is more than twice its standard error.
 bool stands_out(const LeastSquares::Solution& s) {
   if (s.freedom < 1) return false;
   const double variance = s.residual_ss / s.freedom * s.unit_covariance.back();
@@ -58,8 +58,8 @@ bool stands_out(const LeastSquares::Solution& s) {
 
 }  // namespace
 
-// A bend that is within its scatter is left out. Without two forces the only slope is that from the
-// rest to the peak.
+// A bend that does not exceed its scatter is left out. If there are not two different forces, only
+// the slope from the rest to the peak is known.
 double slope_at_peak_fF_per_N(const Scene& scene, const std::vector<CycleResult>& cycles) {
   double peak_N = 0, delta_fF = 0;
   for (const CycleResult& c : cycles) peak_N += c.peak_force_N, delta_fF += c.delta_C_fF;

@@ -13,7 +13,7 @@ namespace lcrig {
 
 namespace {
 
-// More would wait for the disk and for the writing of the result.
+// More threads would only wait for the disk and for the writing of the result.
 constexpr unsigned kMostThreads = 4;
 
 }  // namespace
@@ -41,7 +41,7 @@ Result<> in_pieces(const Database& db, std::int64_t last_seq, std::int64_t piece
     if (!connection) return fail(connection.error());
     connections.push_back(std::move(*connection));
   }
-  // A connection is free again when the piece before with the same remainder was taken.
+  // A connection serves every `threads`-th piece. It is free again once its last piece was taken.
   std::deque<std::future<Result<std::string>>> coming;
   const auto start = [&](std::int64_t k) {
     const Piece piece{k * piece_rows + 1, std::min(last_seq, (k + 1) * piece_rows)};

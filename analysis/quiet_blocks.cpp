@@ -8,8 +8,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kBlocks = 40;  // about as many in all
-constexpr std::size_t kMostStretches = 32;  // more are taken together
+constexpr double kBlocks = 40;  // approximate number of blocks in all
+constexpr std::size_t kMostStretches = 32;  // with more rests than this, several form one block
 
 class Blocks {
  public:

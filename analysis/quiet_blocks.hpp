@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readings without a load, as some forty blocks. Private to analysis/.
+// The readings without a load in some forty blocks, to estimate slow noise. Private to analysis/.
 #pragma once
 
 #include <vector>
@@ -14,10 +14,10 @@ struct QuietBlocks {
     std::size_t node = 0;
     double readings = 0;
   };
-  std::vector<QuietBlock> blocks;  // in the order of time; Huber's location of their readings
-  std::vector<std::vector<Of>> of_node;  // of each block: which nodes of the drift it is from
+  std::vector<QuietBlock> blocks;  // in the order of time; Huber's locations
+  std::vector<std::vector<Of>> of_node;  // for each block: the nodes that its readings are from
 };
-// Short rests of a run with many are taken together.
+// If a run has many short rests, several of them form one block.
 QuietBlocks cut_quiet_blocks(const Scene& scene);
 
 }  // namespace lcrig

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words at results whose interval does not know something about this run: gross outliers, the digit
-// of the meter, slow noise of a single repeat, few levels, readings without any scatter.
+// Adds caveats where an interval does not account for something: gross outliers, the digit of the
+// meter, slow noise of a single repeat, few levels, readings without any scatter.
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ std::vector<Metric*> under_load(RunAnalysis& a) {
       &a.delta_C,           &a.dynamic_range,   &a.dynamic_range_drift,    &a.force_sensitivity,
       &a.mullins,           &a.hysteresis.area, &a.hysteresis.largest_gap, &a.creep,
       &a.limit_of_detection};
-  if (!a.levels.empty()) return list;  // slopes of levels have a remark with a figure
+  if (!a.levels.empty()) return list;  // slopes of levels get a remark with a figure elsewhere
   for (RangeResult& r : a.ranges) list.push_back(&r.sensitivity);
   return list;
 }
@@ -101,8 +101,9 @@ void remark_on_no_scatter(RunAnalysis& a) {
   }
 }
 
-// The step of the readings: the largest of 1, 2, 2.5 and 5 times a power of ten, below a hundredth
-// of the largest reading, that all are multiples of. 0: none, or too small to matter.
+// The digit of the meter: the largest step of which all readings are multiples, among 1, 2, 2.5 and
+// 5 times a power of ten below a hundredth of the largest reading. 0: there is no such step, or it
+// is too small to matter.
 double digit_F(const std::vector<RunReading>& readings) {
   double most = 0;
   for (const RunReading& r : readings) most = std::max(most, std::abs(r.capacitance_F));
@@ -137,7 +138,7 @@ void add_resolution(Uncertainty* u, double size, double digit_fF) {
   combine(*u, u->confidence);
 }
 
-// An error of a digit at each of the pressures, alike in all repeats.
+// Change of the slope from errors of a digit at each pressure, the same in all repeats.
 double tilt_of_digit(const RunAnalysis& a, const PressureRange& range, double error_fF) {
   RunningLine line;
   std::vector<double> seen;
@@ -186,7 +187,7 @@ bool is_finite(const Estimate& e) {
   return std::isfinite(e.value) && std::isfinite(e.standard_error.value_or(0)) && interval;
 }
 
-// What cannot be computed is said to be so, and is no number.
+// A result that is not finite is replaced by a reason why there is none.
 void drop_what_is_no_number(RunAnalysis& a) {
   for (const Metric* known : a.metrics()) {
     auto* m = const_cast<Metric*>(known);

@@ -13,15 +13,15 @@ namespace {
 
 constexpr int kSweeps = 200;
 constexpr double kConverged = 1e-12;
-// The offsets depend on the slope only as far as the pressures of a level differ: twice is enough.
+// The offsets depend on the slope only as far as the pressures of a level differ: two passes do.
 constexpr int kSlopes = 2;
 
 struct Effect {
   double weight = 0, sum = 0, value = 0;
 };
 
-// One pass: each effect becomes the weighted mean of what the other leaves. Returns the largest
-// change.
+// One sweep of the fit: sets each effect to the weighted mean of what the other effects leave.
+// Returns the largest change.
 template <class Key, class KeyOf, class Rest>
 double sweep(std::map<Key, Effect>& effects, const std::vector<RangePoint>& points, KeyOf key_of,
              Rest rest) {
@@ -49,7 +49,7 @@ std::map<LevelKey, int> count_levels(const std::vector<RangePoint>& points) {
 }  // namespace
 
 AdditiveFit fit_additive(const std::vector<RangePoint>& all, double slope) {
-  // A level that was measured once says nothing of the repeats.
+  // A level that was measured once tells nothing about the differences between repeats.
   const auto counts = count_levels(all);
   std::vector<RangePoint> points;
   for (const RangePoint& p : all) {
@@ -113,7 +113,7 @@ void weigh_as_planned(std::vector<RangePoint>& points) {
     l.planned += static_cast<double>(p.planned);
     l.weight += p.at.weight;
   }
-  double planned = 0, weight = 0;  // of a repeat; of all points
+  double planned = 0, weight = 0;  // `planned`: readings of one repeat; `weight`: of all points
   for (const auto& [key, l] : levels) planned += l.planned / l.repeats, weight += l.weight;
   for (RangePoint& p : points) {
     const Level& l = levels.at(p.key);

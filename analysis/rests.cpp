@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stretches without load: the mark of each cycle, the drift of the run, and how much
-// neighbouring readings know of each other.
+// Finds the stretches without load. They give the minimum of each cycle, the drift of the run and
+// the correlation of neighbouring readings.
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +10,13 @@ namespace lcrig {
 
 namespace {
 
-// Rest k lies before cycle k; the last one after all cycles.
+// Rest k lies before cycle k; the last rest comes after all cycles.
 struct Rest {
   double from_s = 0, to_s = 0;
   std::size_t first = 0, last = 0;  // of the readings
-  RunningMean capacitance, time;  // pF, s; of what counts
+  RunningMean capacitance, time;  // pF and s, of the readings that count
   bool any = false;
-  bool by_force = true;  // its readings are those whose force rests; else all
+  bool by_force = true;  // only readings with a resting force count; else all of the stretch
 
   void add(const RunReading& r, std::size_t i) {
     if (capacitance.count == 0) first = i;
@@ -37,8 +37,8 @@ void each_resting(const RunView& view, const std::vector<Loading>& loadings, Vis
   }
 }
 
-// After a load the capacitance recovers, which is no drift: of a rest that follows one the later
-// half counts.
+// After a load the capacitance recovers, which is not drift. Of a rest that follows a load only the
+// later half counts.
 std::vector<Rest> collect_rests(const RunView& view, const std::vector<Loading>& loadings) {
   const auto& readings = view.data.readings;
   std::vector<Rest> rests(loadings.size() + 1);
@@ -57,7 +57,7 @@ std::vector<Rest> collect_rests(const RunView& view, const std::vector<Loading>&
   return rests;
 }
 
-// Before anything touched; a run that tells no contact: the rest before the first loading.
+// Readings before the first touch; without a recorded contact, the rest before the first loading.
 Rest baseline_of(const RunView& view, const std::vector<Rest>& rests) {
   if (!view.touch_s) return rests.front();
   Rest out;
@@ -69,7 +69,7 @@ Rest baseline_of(const RunView& view, const std::vector<Rest>& rests) {
   return out;
 }
 
-// A drift is no correlation: the line through the rests is taken out.
+// The rate of the line through the rests, to be taken out: a drift is not a correlation.
 double rate_of(const Rest& baseline, const std::vector<Rest>& rests) {
   std::vector<LinePoint> points;
   const auto add = [&points](const Rest& r) {
@@ -91,7 +91,7 @@ EvenStretch stretch_of(const RunView& view, const Rest& rest, double rate_fF_s) 
   return s;
 }
 
-// Finds the correlation in the stretches in which the readings ought to be equal.
+// Finds the correlation from the stretches in which the readings ought to be equal.
 void find_correlation(const RunView& view, const Rest& baseline, const std::vector<Rest>& rests,
                       Rests& out) {
   const double rate = rate_of(baseline, rests);
@@ -117,12 +117,12 @@ bool counts(const RunView& view, const Rest& rest, std::size_t i) {
 }
 
 struct Spread {
-  std::vector<double> middle_F, sigma_F;  // of each rest; sigma 0: no outliers can be told
-  double limit = 0;  // in sigma
+  std::vector<double> middle_F, sigma_F;  // of each rest; sigma 0: outliers cannot be recognised
+  double limit = 0;  // in units of sigma
 };
 
-// Every reading against the median of its rest, in robust standard deviations: pooled, or those of
-// the rest where the specimen still moves in it.
+// Spread of the readings about the median of their rest, as robust standard deviations. All rests
+// share one, except those in which the specimen still moves.
 Spread spread_of(const RunView& view, const std::vector<const Rest*>& rests) {
   Spread out;
   std::vector<double> all, values;
@@ -137,19 +137,20 @@ Spread spread_of(const RunView& view, const std::vector<const Rest*>& rests) {
   }
   const double pooled = robust_sigma(all);
   for (double& sigma : out.sigma_F) sigma = std::max(sigma, pooled);
-  constexpr double kFewReadings = 3;  // which tell their scatter badly
+  constexpr double kFewReadings = 3;  // factor, because few readings tell their scatter badly
   if (!all.empty()) out.limit = kFewReadings * limit_of_outliers(all.size());
   return out;
 }
 
-// One outlier among the few readings of a rest would turn the line through all of them.
+// Makes the nodes of the drift. Outliers are left out, because one among the few readings of a rest
+// would tilt the line through all rests.
 std::vector<RestNode> nodes_of(const RunView& view, const Correlation& correlation,
                                const Rest& baseline, const std::vector<Rest>& rests,
                                std::vector<Outlier>& outliers) {
   std::vector<const Rest*> all{&baseline};
   for (std::size_t k = 1; k < rests.size(); ++k) all.push_back(&rests[k]);
   const Spread spread = spread_of(view, all);
-  double ss = 0, freedom = 0;  // one scatter for all: a few readings do not tell it
+  double ss = 0, freedom = 0;  // one scatter for all: a rest has too few readings
   std::vector<RestNode> nodes;
   for (std::size_t k = 0; k < all.size(); ++k) {
     RunningMean capacitance, time;
@@ -187,7 +188,7 @@ RestedLoading mark(const RunView& view, const Loading& loading, const Rest& rest
     const double square = correlation.of_square(n);
     out.rest_se_fF = std::sqrt(s.variance() / square * correlation.of_mean(n)) * 1e3;
   }
-  // A run that begins loaded, or a cycle that follows at once: the first loaded reading.
+  // Without any resting reading (a run that begins loaded): the first loaded one.
   if (s.count == 0) out.rest_pF = view.data.readings[loading.first].capacitance_F * 1e12;
   return out;
 }

@@ -2,32 +2,26 @@
 #include "analysis/run_data.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "analysis/align.hpp"
 #include "analysis/pieces.hpp"
+#include "base/meter_words.hpp"
 
 namespace lcrig {
 
 namespace {
 
-// Whether a function of the meter, as it is stored, measures a capacitance.
-bool measures_capacitance(std::string_view function) {
-  constexpr std::array<std::string_view, 4> kFunctions{"Cp-D", "Cp-Rp", "Cs-D", "Cs-Rs"};
-  return std::ranges::find(kFunctions, function) != kFunctions.end();
-}
-
-// Readings within this time before contact may be of a specimen that is touched already.
+// Readings less than this time before contact may be of a specimen that is already touched.
 constexpr double kBeforeContact_s = 1;
-// No meter measures as much.
+// No meter measures a capacitance this large.
 constexpr double kNoCapacitance_F = 1;
 
 float narrow(std::optional<double> value) {
   return value ? static_cast<float>(*value) : std::numeric_limits<float>::quiet_NaN();
 }
 
-// Keeps all samples, or of every stretch the least and the largest force.
+// Keeps all samples, or from every stretch those of least and of largest force.
 class Thinner {
  public:
   Thinner(RunData& out, std::int64_t start_ns) : out_(out), start_ns_(start_ns) {}
@@ -200,7 +194,8 @@ class Loader {
     const std::int64_t index = of_level == nullptr ? 0 : row.optional_integer(7).value_or(0);
     const auto capacitance = row.optional_real(3);
     if (!capacitance) {
-      ++(measures_capacitance(row.text(9)) ? out_.overloads : out_.other_function);
+      const auto function = parse_word<LcrFunction>(row.text(9));
+      ++(function && is_capacitance(*function) ? out_.overloads : out_.other_function);
       return {};
     }
     if (!(std::abs(*capacitance) < kNoCapacitance_F)) {
@@ -233,7 +228,7 @@ class Loader {
     return {};
   }
 
-  // Null: no level, or one that was abandoned.
+  // Null: there is no such level, or it was abandoned.
   const LevelRow* live_level(std::int64_t level) {
     LevelRow* const row = find_level(level);
     return row == nullptr || row->abandoned ? nullptr : row;
@@ -244,7 +239,7 @@ class Loader {
     return &out_.levels[static_cast<std::size_t>(level - 1)];
   }
 
-  // Readings of one step come one after another.
+  // Readings of one step follow each other, so the last step found is tried first.
   std::uint16_t step_of(std::string_view name) {
     if (!out_.steps.empty() && out_.steps[step_] == name) return step_;
     const auto it = std::find(out_.steps.begin(), out_.steps.end(), name);
@@ -287,7 +282,7 @@ class Loader {
     }
   }
 
-  // A frame tells when it touched; a person hangs a weight while the step waits.
+  // A frame records the touch; with dead weights a person hangs the weight while the step waits.
   void read_contact() {
     for (const EventRow& e : out_.events) {
       if (e.kind == EventKind::contact) {
@@ -308,8 +303,8 @@ class Loader {
     }
   }
 
-  // A search that slows down touches several times before it says where the contact is. Counted
-  // from the last zero of the force: before it, the cell may show as much without a touch.
+  // A search that slows down touches several times before it reports the contact. Touches count
+  // from the last zero of the force, because before it the cell may show as much without a touch.
   double first_touch_s(double found_s, const ContactEvent& contact) const {
     double since_s = 0;
     for (const StepSpan& s : out_.spans) {

@@ -7,33 +7,34 @@
 #include <tuple>
 
 #include "analysis/metrics.hpp"
+#include "storage/flags.hpp"
 
 namespace lcrig {
 
 namespace {
 
-// A loading stands out of the noise of the cell by this many standard deviations.
+// A loading exceeds the noise of the cell by this many standard deviations.
 constexpr double kLoading = 8;
-constexpr double kForWelch = 3;  // least degrees of freedom for Welch and Satterthwaite's rule
-// Weights of the other parts beside one with one or two degrees of freedom, in the numerator and
-// the denominator of its reduction. They are from our own numerical integration over the estimate
-// of that part, beside one that is known, for 0.03 to 100 times its standard deviation: a 95 %
-// interval holds in 93.3 to 96.7 % with one degree of freedom and in 94.4 to 95.5 % with two; one
-// of 99 % in 97.6 to 99.6 and 98.6 to 99.4 %, one of 90 % in 88.6 to 92.1 and 89.4 to 90.3 %, one
-// of 68 % in 67.8 to 69.3 and 67.2 to 68.0 %.
+constexpr double kForWelch = 3;  // degrees of freedom, fewest for Welch and Satterthwaite's rule
+// Weights of the other parts in the reduction of a part that has one or two degrees of freedom: in
+// its numerator and in its denominator. They come from our own numerical integration over the
+// estimate of that part, beside a known part of 0.03 to 100 times its standard deviation. A 95 %
+// interval holds in 93.3 to 96.7 % with one degree of freedom and in 94.4 to 95.5 % with two; a 99
+// % interval in 97.6 to 99.6 and 98.6 to 99.4 %, a 90 % interval in 88.6 to 92.1 and 89.4 to 90.3
+// %, and a 68 % interval in 67.8 to 69.3 and 67.2 to 68.0 %.
 constexpr double kOthersOfTwo = 0.05, kOthers = 0.6;
-constexpr double kAlmost = 1 + 1e-9;  // degrees of freedom of 3 that are rounded to 2.999... stay 3
+constexpr double kAlmost = 1 + 1e-9;  // keeps 3 that is rounded to 2.999... at 3
 // Share of the peak force below which nothing touches. With 2 % the capacitance at rest would
 // include readings of a touched specimen.
 constexpr double kUnloaded = 0.002;
-// A capacitance beside an overload, or the first after the link was lost, may be of anything.
-constexpr std::uint8_t kNotTrusted = (1 << 0) | (1 << 2);  // storage/flags.hpp
+// Flags of readings that are not trusted: beside an overload, or the first after the link was lost.
+constexpr std::uint32_t kNotTrusted = lcr_flag::kPrimaryOverload | lcr_flag::kAfterResync;
 
 auto key(const MeterSetting& s) {
-  return std::tuple(s.frequency_Hz, s.level_V, s.speed, s.average);
+  return std::tuple(s.frequency_Hz, s.level_V, s.aperture, s.average);
 }
 
-// Readings under each setting; those of levels count, if there are any.
+// Chooses the setting with most readings, or if there are levels, with most readings in levels.
 void choose_setting(const RunData& data, RunView& view) {
   if (data.settings.empty()) return;
   view.setting_known = true;
@@ -60,8 +61,8 @@ void choose_setting(const RunData& data, RunView& view) {
   view.different_settings = counts.size();
 }
 
-// The cell's noise from second differences of neighbours: an even loading cancels, also where it
-// takes half of the run.
+// The cell's noise from second differences of neighbouring forces. An even loading cancels in
+// these, even where it takes half of the run.
 double calc_force_noise(const RunData& data) {
   std::vector<double> differences;
   const std::size_t stride = std::max<std::size_t>(1, data.readings.size() / 20000);
@@ -93,7 +94,8 @@ void find_rest_and_peak(const RunData& data, RunView& view) {
   if (high > low && peak > kLoading * view.force_noise_N) view.peak_N = peak;
 }
 
-// Where a slow search begins to touch, the force is within half of its threshold for a while.
+// Finds the first touch. Where a slow search begins to touch, the force stays within half of the
+// search's threshold for a while, so the reported contact is too late.
 std::optional<double> find_touch(const RunView& view) {
   if (!view.data.contact_s || !view.data.has_frame()) return view.data.contact_s;
   const auto& all = view.data.readings;
@@ -101,7 +103,7 @@ std::optional<double> find_touch(const RunView& view) {
   auto touch = static_cast<std::size_t>(found - all.begin());
   const auto last = touch;
   while (touch > 0 && all[touch - 1].has_force() && !view.is_unloaded(all[touch - 1])) --touch;
-  if (touch < last && touch > 0) --touch;  // its window may reach into the contact
+  if (touch < last && touch > 0) --touch;  // the window of this reading may reach into the contact
   if (touch == 0 || touch == all.size()) return view.data.contact_s;
   return std::min(*view.data.contact_s, all[touch].t_s);
 }
@@ -188,7 +190,7 @@ Estimate estimate_of_deviation(double value, double degrees_of_freedom, double c
 
 namespace {
 
-// Parts with the same number of degrees of freedom, as one.
+// The parts with one and the same small number of degrees of freedom, combined.
 struct FewFreedom {
   double variance = 0, denominator = 0;
   double freedom() const { return variance * variance / denominator; }  // Welch, Satterthwaite

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slopes in ranges of pressure: from levels, or from the loading branches of continuous cycles.
+// Slopes in ranges of pressure, from levels or from the loading branches of continuous cycles.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,12 +21,12 @@ constexpr const char* kOfLevels =
     "for the least-squares slope of the curve that this rig would show at the same pressures "
     "without noise, drift and difference of repeats; the expanded uncertainty for the specimen's "
     "own";
-// Huber's location gives such a reading less than half of its weight; in standard deviations.
+// In standard deviations: Huber's location gives a reading beyond it less than half of its weight.
 constexpr double kDownWeighted = 2.69;
-constexpr std::size_t kCurve = 4;  // parameters of the smooth curve: a cubic
-constexpr std::size_t kLeastForCurve = 6;  // levels: two more than parameters
+constexpr std::size_t kCurve = 4;  // parameters of the smooth curve, a cubic
+constexpr std::size_t kLeastForCurve = 6;  // fewest levels: two more than the parameters
 
-// Input of a fit.
+// The points that a slope is fitted to.
 struct Input {
   std::vector<RangePoint> points;
   std::vector<LinePoint> line;
@@ -40,7 +40,7 @@ void set_points(Input& in, std::vector<RangePoint> points) {
   for (const RangePoint& p : in.points) in.line.push_back({p.at.x, p.at.y, p.line_weight});
 }
 
-// The pressure that was asked for decides: its reading scatters about the edge of a range.
+// The requested pressure decides, because the measured one scatters about the edge of a range.
 Input input_of(const LevelResults& levels, const PressureRange& range) {
   Input in;
   for (const LevelResult& l : levels.levels) {
@@ -61,7 +61,7 @@ int count_pressures(const std::vector<RangePoint>& points) {
   return static_cast<int>(keys.size());
 }
 
-// Mean of each pressure, in the order of pressure: the shape of the curve without its repeats.
+// Mean of each pressure, sorted by pressure: the shape of the curve without the scatter of repeats.
 std::vector<LinePoint> means(const std::vector<RangePoint>& points) {
   std::map<LevelKey, LinePoint> groups;
   for (const RangePoint& p : points) {
@@ -78,7 +78,8 @@ std::vector<LinePoint> means(const std::vector<RangePoint>& points) {
   return out;
 }
 
-// Residuals of the means: bent if those of the middle third lie on the other side than the ends.
+// Describes the residuals of the means. They are bent if those of the middle third lie on the other
+// side of the line than those of the ends.
 std::string describe_pattern(const std::vector<double>& residuals, const RangeResult& r) {
   if (residuals.size() < 3) return "two pressures: a line fits always";
   if (!r.lack_of_fit_p || *r.lack_of_fit_p > 0.01) return "no pattern beyond the scatter";
@@ -105,7 +106,7 @@ void add_shape(const Input& in, const LineFit& line, const std::optional<PureErr
   r.residual_pattern = describe_pattern(residuals, r);
 }
 
-// Do the slopes of the repeats differ more than the scatter within the levels explains?
+// Tests whether the slopes of the repeats differ by more than the scatter within levels explains.
 void add_repeats(const Input& in, const SlopeScatter& scatter, RangeResult& r) {
   r.slope_of_repeat = scatter.slopes;
   const auto within = error_within_levels(in.points, r.sensitivity.value());
@@ -159,7 +160,7 @@ void add_robust(const SlopeBasis& basis, const Input& in, RangeResult& r) {
   r.robust = robust;
 }
 
-// Outliers move the mean; a remark says so.
+// Adds a caveat where outliers move the mean.
 void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult& r) {
   std::int64_t outliers = 0;
   for (const LevelResult& l : levels.levels) {
@@ -176,7 +177,7 @@ void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult
                          outliers, moved, r.robust->slope_fF_per_kPa));
 }
 
-// A level that the run lacks altogether makes it the slope of another part of the curve.
+// Adds a caveat where a level is missing in all repeats: the slope is that of another part then.
 void remark_on_missing_levels(const SlopeBasis& basis, const Input& in, RangeResult& r) {
   std::map<LevelKey, int> repeats_with;
   std::set<std::int32_t> repeats;
@@ -184,7 +185,7 @@ void remark_on_missing_levels(const SlopeBasis& basis, const Input& in, RangeRes
     ++repeats_with[p.key];
     repeats.insert(p.repeat);
   }
-  constexpr double kDigit_kPa = 1e-4;  // of a pressure that is asked for
+  constexpr double kDigit_kPa = 1e-4;  // step to which requested pressures are rounded
   std::set<std::int64_t> known, without;
   for (const LevelResult& l : basis.levels.levels) {
     if (l.target_kPa) known.insert(std::llround(*l.target_kPa / kDigit_kPa));
@@ -224,7 +225,7 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
   const PureError& error = scatter->error;
   const SlopePart own{line.slope_se(error.variance), error.degrees_of_freedom};
   SlopePart drift;
-  if (!scatter->one_repeat && scene.drift.known()) {  // else the rests are in the scatter already
+  if (!scatter->one_repeat && scene.drift.known()) {  // one repeat: the scatter has the rests
     std::vector<LinePoint> times;
     times.reserve(in.points.size());
     for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.line_weight});
@@ -241,15 +242,12 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
                "nothing scatters: an interval of no width is not an honest one, look at the "
                "resolution of the readings");
   }
-  if (scatter->one_repeat) {
-    add_remark(r.sensitivity.reason,
-               "one repeat: the interval knows nothing of what differs between repeats");
-  }
+  if (scatter->one_repeat) add_remark(r.sensitivity.reason, kOneRepeat);
 }
 
-// Scatter that all repeats share (seating, probe, electrode) looks like the shape of the curve. It
-// is estimated from the deviations of the levels' means from a smooth curve through all of them,
-// beyond what the scatter between repeats explains.
+// Estimates scatter that all repeats share (from seating, probe, electrode) and that looks like the
+// shape of the curve. It is the deviation of the levels' means from a smooth curve through all of
+// them, as far as the scatter between repeats does not explain it.
 void add_shared(const LevelResults& results, const Input& in, const LineFit& line,
                 const std::optional<SlopeScatter>& scatter, RangeResult& r) {
   const auto levels = means(without_offsets(all_points(results)));
@@ -325,7 +323,7 @@ RangeResult slope_in(const SlopeBasis& basis, const PressureRange& range) {
   return r;
 }
 
-// The slope of all levels in a range that is known by its outermost levels.
+// Slope over all levels of a region. The region is named by its outermost levels.
 RangeResult of_region(const SlopeBasis& basis, const PressureRange& range,
                       const PressureRange& known_as) {
   RangeResult r = of_levels(basis, range);
@@ -364,7 +362,7 @@ Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult
   Metric m = metric("limit_of_detection", "kPa",
                     "three standard deviations of one reading over the sensitivity of 0-30 kPa "
                     "(without it, of the lowest range that was asked for)");
-  // Always of the same range, so that asking for another one does not change it.
+  // Always uses the same range, so that asking for other ranges does not change the result.
   const RangeResult usual = slope_in(basis, AnalysisOptions().ranges.front());
   const RangeResult* lowest = usual.sensitivity ? &usual : nullptr;
   for (const RangeResult& r : ranges) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which scatter a slope has: between repeats, or within the only one.
+// Determines the scatter of a slope: between repeats, or within the only repeat.
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -13,11 +13,11 @@ namespace lcrig {
 
 namespace {
 
-// Fewer degrees of freedom make an interval needlessly wide: the next source is asked.
+// Fewer degrees of freedom make an interval needlessly wide: the next source of scatter is tried.
 constexpr double kEnough = 5;
 
-// Of what each repeat deviates from the mean of each level, so that a repeat which lacks a level is
-// compared at the pressures that it has. The slopes are those of the repeats less `slope`.
+// One line for each repeat, through its deviations from the mean of each level, so that a repeat
+// without some level is compared at the pressures it has. The slopes are relative to `slope`.
 std::vector<LineFit> lines_of_repeats(const std::vector<RangePoint>& range, double slope) {
   const AdditiveFit additive = fit_additive(range, slope);
   std::map<std::int32_t, std::vector<LinePoint>> repeats;
@@ -43,14 +43,14 @@ PureError error_of_slopes(const std::vector<LineFit>& lines) {
   return {ss / freedom, freedom, fmt::format("the slopes of {} repeats as a sample", lines.size())};
 }
 
-// What each repeat adds to the slope, where one lacks a level: their shares in it are unequal then.
-// The slope is a sum over the points of c y. `c` is what the line makes of the levels' effects,
-// less what that takes from the repeats' offsets; with w the weights of the additive fit, c/w is
-// the sum of an effect of the level and one of the repeat, too.
+// How much each repeat contributes to the slope. Where a repeat lacks a level, the shares of the
+// repeats are unequal. The slope is a sum of c y over the points. `c` is the line's weight on the
+// effects of the levels, corrected for the offsets of the repeats. With w the weights of the
+// additive fit, c/w is again the sum of an effect of the level and one of the repeat.
 struct Shares {
-  Eigen::MatrixXd of_slopes;  // (r, k): what repeat r adds when repeat k has a slope of 1 more
-  Eigen::VectorXd added;  // by the readings, fF/kPa
-  double square_sum = 0;  // of the shares of the repeats in the slope
+  Eigen::MatrixXd of_slopes;  // (r, k): what repeat r adds when the slope of repeat k grows by 1
+  Eigen::VectorXd added;  // contribution of the readings of each repeat, fF/kPa
+  double square_sum = 0;  // sum of the squared shares of the repeats in the slope
 };
 
 std::optional<Shares> shares_in(const std::vector<RangePoint>& range, const LineFit& line) {
@@ -63,7 +63,7 @@ std::optional<Shares> shares_in(const std::vector<RangePoint>& range, const Line
   const Eigen::Index of_levels = std::ssize(levels), of_repeats = std::ssize(repeats);
   const Eigen::Index all = of_levels + of_repeats, what_is_there = of_repeats + 1;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(all, all);
-  // Right sides: of c, of a slope of 1 in each repeat, of what is beside the line.
+  // Right sides for c, for a slope of 1 in each repeat, and for the deviations from the line.
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(all, of_repeats + 2);
   const auto beside = [&](const RangePoint& p) { return p.at.y - line.at(p.at.x); };
   for (const RangePoint& p : range) {
@@ -75,7 +75,7 @@ std::optional<Shares> shares_in(const std::vector<RangePoint>& range, const Line
     right(l, what_is_there) += w * beside(p), right(r, what_is_there) += w * beside(p);
   }
   const Eigen::MatrixXd effects = normal.completeOrthogonalDecomposition().solve(right);
-  // Repeats that share no level with the others: their offsets are in the slope.
+  // Repeats that share no level with the others: their offsets cannot be told from the slope.
   if ((normal * effects - right).norm() > 1e-9 * right.norm()) return std::nullopt;
   Shares out{Eigen::MatrixXd::Zero(of_repeats, of_repeats), Eigen::VectorXd::Zero(of_repeats)};
   Eigen::VectorXd share = Eigen::VectorXd::Zero(of_repeats);
@@ -91,10 +91,11 @@ std::optional<Shares> shares_in(const std::vector<RangePoint>& range, const Line
   return out;
 }
 
-// The same sample where repeats have unequal shares: what each adds, squared, times what makes the
-// sum right for slopes that differ; the degrees of freedom are Satterthwaite's for these. A repeat
-// with two of six levels hardly counts in either (Bell and McCaffrey, Survey Methodology 28 (2002)
-// 169). With equal shares it is the sample above.
+// The slopes of the repeats as a sample when their shares are unequal. The contributions of the
+// repeats are squared and summed. A factor makes the sum unbiased for slopes that differ. The
+// degrees of freedom are Satterthwaite's for this sum. A repeat with two of six levels hardly
+// counts in either (Bell and McCaffrey, Survey Methodology 28 (2002) 169). With equal shares the
+// result is the ordinary sample variance.
 std::optional<PureError> error_of_unequal_repeats(const std::vector<RangePoint>& range,
                                                   const LineFit& line) {
   constexpr double kNothing = 1e-6;  // of the shares
@@ -109,7 +110,7 @@ std::optional<PureError> error_of_unequal_repeats(const std::vector<RangePoint>&
                                shares->added.size())};
 }
 
-// All levels in all repeats, with as many readings: equal shares.
+// True if every repeat has every level with the same number of readings: equal shares.
 bool is_balanced(const std::vector<RangePoint>& range, std::size_t repeats) {
   std::map<LevelKey, std::vector<double>> weights;
   for (const RangePoint& p : range) weights[p.key].push_back(p.at.weight);
@@ -136,7 +137,7 @@ std::optional<PureError> pooled(const std::vector<RangePoint>& range,
   return run;
 }
 
-// Weight of one reading in the slope.
+// One reading and its weight in the slope.
 struct Term {
   double t_s = 0, factor = 0;
 };
@@ -155,7 +156,7 @@ void add_readings(const Scene& scene, const std::vector<RangePoint>& range, cons
   }
 }
 
-// The rests move what is subtracted at each level.
+// Adds the weights of the rests, because their drift is subtracted at each level.
 void add_rests(const Scene& scene, const std::vector<RangePoint>& range, const LineFit& line,
                std::vector<Term>& terms) {
   const auto& nodes = scene.drift.nodes();
@@ -206,8 +207,8 @@ struct Squares {
   double mean() const { return sum / freedom; }
 };
 
-// Mean squares of the readings of a range about their levels' trends, and of what the force's
-// scatter adds to them beside the line: negative where the capacitance follows the force.
+// Mean squares of the readings of a range about their levels' trends, and what the scatter of the
+// force adds to them about the line: negative where the capacitance follows the force.
 struct LevelSquares {
   Squares capacitance, force;
 };
@@ -222,7 +223,7 @@ LevelSquares squares_of(const std::vector<RangePoint>& points, double slope) {
   return out;
 }
 
-// Of the force within the levels of the run.
+// Correlation of neighbouring force readings within the levels of the run.
 Correlation correlation_of_force(const Scene& scene) {
   std::vector<EvenStretch> levels(scene.data.levels.size());
   for (EvenStretch& level : levels) level.trend = true;
@@ -235,9 +236,9 @@ Correlation correlation_of_force(const Scene& scene) {
   return fit_correlation(levels);
 }
 
-// The correlation comes from all levels, the noise from this range. Readings deviate from the line,
-// so the scatter of the force counts, too, with its own correlation: that of a load cell is white
-// where that of the capacitance is not.
+// The correlation comes from all levels, the noise from this range. Readings deviate from the line
+// by the scatter of the force, too. It has its own correlation, because the noise of a load cell is
+// white where that of the capacitance is not.
 std::optional<PureError> error_of_readings(const Scene& scene, const std::vector<RangePoint>& range,
                                            const std::vector<RangePoint>& whole_run,
                                            const LineFit& line) {

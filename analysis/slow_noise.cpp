@@ -12,29 +12,29 @@ namespace lcrig {
 
 namespace {
 
-// 1/f noise is made of first-order processes, one for each octave of time up to this many times the
-// length of the run. What is slower moves all readings of a run alike and cannot be seen in it.
+// 1/f noise is a sum of first-order processes, one for each octave of time up to this many times
+// the length of the run. A slower process moves all readings alike and cannot be seen in the run.
 constexpr double kSlowest = 10;
-// Sizes that are tried: powers of two, of an octave's variance over that of a block's white noise,
-// and of what the walk adds in the time of a block.
+// Powers of two for the sizes that are tried: the variance of an octave over that of a block's
+// white noise, and likewise what the walk adds in the time of a block.
 constexpr int kFlickerFrom = -8, kFlickerTo = 8, kWalkFrom = -11, kWalkTo = 7;
-// Weights before the run is looked at, of no slow noise at all and of each size of one kind alone;
-// of each pair of sizes: 1. The single kinds together weigh three times as much as all pairs.
+// Prior weights: of no slow noise at all, and of each size of one kind alone. Each pair of sizes
+// has weight 1. The single kinds together weigh three times as much as all pairs.
 constexpr double kNone = 150, kOneKind = 30;
-// Five rests hardly tell a walk from 1/f noise, under which a line through them is known better. So
-// for the rate of a drift the walk alone weighs more.
+// Prior weight of the walk alone for the rate of a drift. Five rests hardly distinguish a walk from
+// 1/f noise, and 1/f noise would make the rate look better known.
 constexpr double kWalkOfDrift = 480;
 constexpr double kLeastFreedom = 6;
 constexpr double kNegligible = 1e-5;
 
 using Matrix = Eigen::MatrixXd;
 
-// Mean of exp(-t/tau) over a block of this length, from its end.
+// Mean of exp(-t/tau) over a block of this length, with t counted from the block's end.
 double fading(double length_s, double tau_s) {
   const double x = length_s / tau_s;
   return x > 1e-6 ? -std::expm1(-x) / x : 1 - x / 2;
 }
-// Variance of its mean, under a first-order process of unit variance.
+// Variance of the block's mean under a first-order process of unit variance.
 double octave(const QuietBlock& a, double tau_s) {
   const double x = a.length_s / tau_s;
   return x > 1e-4 ? 2 / x * (1 - fading(a.length_s, tau_s)) : 1 - x / 3;
@@ -111,8 +111,8 @@ struct Restricted {
   double log_likelihood = 0, scale = 0;  // fF2
 };
 
-// In coordinates where all but the walk is white and of unit size, and the walk's parts are
-// independent: each size of the walk then costs a sum over the blocks.
+// Coordinates in which everything but the walk is white with unit variance and the parts of the
+// walk are independent. Each size of the walk then costs only one sum over the blocks.
 class Whitened {
  public:
   Whitened(const Matrix& fixed, const Matrix& walk, const Matrix& x, const Eigen::VectorXd& y) {
@@ -152,7 +152,7 @@ std::vector<double> sizes(double unit, int from, int to) {
   return out;
 }
 
-// Logarithms of likelihoods become parts of 1.
+// Converts logarithms of likelihoods to shares of 1.
 template <class Candidates>
 void make_shares(Candidates& candidates) {
   double best = -std::numeric_limits<double>::infinity(), sum = 0;

@@ -9,7 +9,7 @@
 namespace lcrig {
 
 namespace {
-constexpr double kWholeAgain = 1 + 1e-12;  // 3 that is rounded to 2.999... stays 3
+constexpr double kWholeAgain = 1 + 1e-12;  // keeps 3 that is rounded to 2.999... at 3
 }  // namespace
 
 const UncertaintyPart* Uncertainty::dominating() const {

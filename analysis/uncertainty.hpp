@@ -1,59 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts that the uncertainty of a result is made of (GUM), combined and expanded. The analysis
-// fills it, reports and the budget show it.
+// The parts that make up the uncertainty of a result (GUM), and how they are combined and expanded.
+// The analysis fills it, and reports and the budget show it.
 #pragma once
 
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "base/enum_words.hpp"
+
 namespace lcrig {
 
-// A: from the scatter of the readings. B: from what is known or assumed otherwise.
+// A: evaluated from the scatter of the readings. B: evaluated from other knowledge or assumptions.
 enum class UncertaintyKind { a, b };
+template <>
+inline constexpr EnumWords<2> kWordsOf<UncertaintyKind>{"A", "B"};
 
 struct UncertaintyPart {
   std::string name;  // "scatter of the readings", "force class"
   double standard_uncertainty = 0;  // in the unit of the result
   UncertaintyKind kind = UncertaintyKind::b;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
-  // More readings make it smaller. What all readings share does not shrink.
+  // More readings make it smaller. An error that all readings share does not shrink.
   bool shrinks = false;
-  // Common to all runs on this rig: cancels in a ratio of two runs.
+  bool alike_in_repeats = false;  // of one run: more repeats do not make it smaller
+  // Common to all runs on this rig, so it cancels in a ratio of two runs.
   bool shared_by_runs = false;
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"
 };
 
-// Of an interval and of an expanded uncertainty, where nobody asks for another one.
+// Confidence of intervals and expanded uncertainties if nobody asks for another one.
 inline constexpr double kConfidence = 0.95;
 
-// The results whose uncertainty the meter's digit adds to, beside the sensitivities.
+// Results other than the sensitivities to whose uncertainty the meter's digit contributes.
 enum class UncertainResult { other, c0, delta_C, dynamic_range };
 
 struct Uncertainty {
   UncertainResult result = UncertainResult::other;
   std::string quantity;  // "sensitivity 0-30 kPa"
   std::string unit;  // "fF/kPa"
-  std::string estimand;  // that of the result
+  std::string estimand;  // the estimand of the result
   double value = 0;
   std::vector<UncertaintyPart> parts;
-  // Filled by combine().
+  // The members below are filled by combine().
   double combined = 0;  // root of the sum of squares
   double effective_degrees_of_freedom = std::numeric_limits<double>::infinity();
   double coverage_factor = 2;
-  double expanded = 0;  // combined times coverage factor; not below `least`
-  double least = 0;  // half-width of the interval of scatter alone
+  double expanded = 0;  // combined times coverage factor, at least `least`
+  double least = 0;  // half-width of the interval from the scatter alone
   double confidence = kConfidence;
 
-  const UncertaintyPart* dominating() const;  // null: no parts
+  const UncertaintyPart* dominating() const;  // null: there are no parts
 };
 
-// Root sum of squares, Welch and Satterthwaite's degrees of freedom (truncated to a whole number,
-// as GUM G.4.1 has it), Student's t; never less than the half-width of the scatter alone. The parts
-// are not correlated with each other; what is common to the readings is already inside each part.
+// Combines the parts: root sum of squares, Welch and Satterthwaite's degrees of freedom (truncated
+// to a whole number, as in GUM G.4.1), and Student's t. The result is never less than the
+// half-width from the scatter alone. The parts are not correlated with each other; a correlation
+// between readings is already included in each part.
 void combine(Uncertainty& uncertainty, double confidence = kConfidence);
 
-// Standard uncertainty of limits +-a, all values between them alike (GUM 4.3.7).
+// Standard uncertainty of limits +-a between which all values are equally likely (GUM 4.3.7).
 double rectangular(double half_width);
 
 }  // namespace lcrig

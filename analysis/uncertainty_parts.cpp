@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the uncertainty of each result: what scatters, and what all readings share.
+// The parts of the uncertainty of each result: its scatter, and the errors that all readings share.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ double half_width(const Metric& m) {
   return interval ? ((*interval)[1] - (*interval)[0]) / 2 : 0;
 }
 
-// The uncertainty of a result that has a value, without parts.
+// Starts the uncertainty of a result that has a value; it has no parts yet.
 Uncertainty begin(const Metric& m, std::string quantity, std::string unit,
                   UncertainResult result = UncertainResult::other) {
   Uncertainty b;
@@ -107,7 +107,7 @@ void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncerta
                   a->gain * 100, a->note.empty() ? "" : "; ", a->note))));
 }
 
-// Error that is left after the drift was subtracted. `left` is 0 where it is in the scatter.
+// Adds the error that is left after the drift was subtracted. `left` is 0 if the scatter has it.
 void add_drift_part(const Metric& drift, const SlopePart& left, Uncertainty& b) {
   if (!drift.estimate) {
     b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
@@ -131,7 +131,7 @@ void add_shared(const RangeResult& r, Uncertainty& b) {
       "repeats: seating, probe, electrode, and the shape that a cubic does not have"));
 }
 
-// One error of the instant, the same in all readings, moves each pressure by its rate.
+// An error of the instant that all readings share moves each pressure in proportion to its rate.
 void add_alignment(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
   const Scene& scene = basis.scene;
   std::vector<RunningMean> rate(scene.data.levels.size() + 1);
@@ -161,7 +161,7 @@ void add_alignment(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b
                                      u_s * 1e3)));
 }
 
-// Likewise of a loading, where the rate grows as the specimen stiffens, and the curve bends.
+// The same for a loading, where the rate grows as the specimen stiffens and the curve bends.
 void add_alignment_of_cycles(const RangeResult& r, Uncertainty& b) {
   b.parts.push_back(
       part("alignment of the clocks", r.moved_per_s * r.instant_s,
@@ -171,7 +171,7 @@ void add_alignment_of_cycles(const RangeResult& r, Uncertainty& b) {
                        r.instant_s * 1e3, r.moved_per_s, r.rate_tilt_per_s)));
 }
 
-// fF/N per second, over the loading branches.
+// Change of the force sensitivity per second of error of the instant, fF/N per second.
 double moved_force_sensitivity_per_s(const SlopeBasis& basis) {
   const Scene& scene = basis.scene;
   MovedSlope moved;
@@ -204,8 +204,9 @@ void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
   finish(scene, b, list);
 }
 
-// A window that reaches over the turn holds less force than its middle: rate x window / 4 less when
-// the turn is in its middle, a third of that in the mean of all places. Percent of C0.
+// Error of the peaks from windows that include the turn. The mean force of such a window is less
+// than the force in its middle: by rate x window / 4 if the turn is in the middle, and by a third
+// of that on average over all places of the turn. Percent of C0.
 double turn_percent(const Scene& scene, const std::vector<CycleResult>& cycles, double c0_pF) {
   double sum_fF = 0;
   for (const CycleResult& c : cycles) {
@@ -255,8 +256,8 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
   finish(scene, b, list);
 }
 
-// Slope against pressure at the highest level: that at the peaks, or of the curve's upper half when
-// the force is not known. It does not depend on the ranges that were asked for.
+// Slope against pressure at the highest level. It is the slope at the peaks, or that of the curve's
+// upper half when the force is not known. It does not depend on the requested ranges.
 double slope_at_top(const Scene& scene, const std::vector<CycleResult>& cycles, Direction direction,
                     const std::vector<CurvePoint>& curve, const HighestLevelResult& top) {
   if (!cycles.empty() && scene.data.area_m2) {

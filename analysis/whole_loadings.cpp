@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which loadings are cycles of the same experiment. One that the run broke off, or one with a lower
-// peak on purpose, has another capacitance at its peak: a mean over both is that of neither.
+// Decides which loadings are cycles of the same experiment. A loading that broke off, or has a
+// lower peak on purpose, has another capacitance there; a mean over both kinds would describe
+// neither.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,15 +14,15 @@ namespace lcrig {
 
 namespace {
 
-// Of the peak: where most loadings are as near to each other, one that is further below is none of
-// them. Peaks that scatter by more are alike within the second.
+// Shares of the peak. If most loadings are within the first of each other, a loading that is
+// further below is left out. If the peaks scatter by more, the second applies.
 constexpr double kAlikePeaks = 0.02, kScatteringPeaks = 0.1;
-constexpr double kTouches = 0.01;  // of the largest force: less is no contact
-constexpr std::size_t kNamed = 5;  // numbers in a remark
+constexpr double kTouches = 0.01;  // of the largest force; less is not a contact
+constexpr std::size_t kNamed = 5;  // most numbers in a remark
 
-// Where most values lie, if they are near each other; else the largest.
+// The value about which most values lie. If they are not close together: the largest value.
 struct Common {
-  double value = 0, below = 0;  // a value may lie so far below
+  double value = 0, below = 0;  // `below`: how far below `value` a value may lie
   bool has(double v) const { return v >= value - below && v <= value * (1 + kScatteringPeaks); }
 };
 Common common_of(const std::vector<double>& values, double noise) {
@@ -36,7 +37,7 @@ Common common_of(const std::vector<double>& values, double noise) {
   return {most, std::max(kScatteringPeaks * most, noise)};
 }
 
-// The run may have ended inside the last loading: it went wrong, or has nothing after it.
+// True if the run may have ended inside the last loading: it went wrong, or has nothing after it.
 bool may_be_broken_off(const Scene& scene) {
   if (scene.data.listing.exit_status != ExitStatus::success) return true;
   const auto& all = scene.data.readings;
@@ -103,7 +104,7 @@ void leave_out_other_loadings(const Scene& scene, CycleResults& out) {
     if (ended && k + 1 == all && below_N > alike_N) {
       broken.push_back(c);
     } else if (force.has(c.peak_force_N) ||
-               // The same travel needs less force in a specimen that has softened.
+               // A specimen that has softened needs less force for the same travel.
                (deep && depths_mm[k] > 0 && depth.has(depths_mm[k]))) {
       whole.push_back(c);
     } else {

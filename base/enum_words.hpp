@@ -31,18 +31,13 @@ constexpr std::string_view to_string(E value) {
   return kWordsOf<E>[static_cast<std::size_t>(value)];
 }
 
-// Also for an enum that has its own `to_string`. `last` is its last value. nullopt: no value has
-// this word.
-template <class E>
-std::optional<E> parse_word(std::string_view word, E last) {
-  for (int i = 0; i <= static_cast<int>(last); ++i) {
-    if (to_string(static_cast<E>(i)) == word) return static_cast<E>(i);
-  }
-  return std::nullopt;
-}
+// nullopt: no value has this word.
 template <HasWords E>
 std::optional<E> parse_word(std::string_view word) {
-  return parse_word(word, static_cast<E>(kWordsOf<E>.size() - 1));
+  for (std::size_t i = 0; i < kWordsOf<E>.size(); ++i) {
+    if (kWordsOf<E>[i] == word) return static_cast<E>(i);
+  }
+  return std::nullopt;
 }
 
 // The table that JsonReader::word takes.
@@ -55,12 +50,6 @@ std::vector<std::pair<std::string_view, E>> word_table() {
   return out;
 }
 
-template <class E>
-std::vector<std::string> words_up_to(E last) {
-  std::vector<std::string> out;
-  for (int i = 0; i <= static_cast<int>(last); ++i) out.emplace_back(to_string(static_cast<E>(i)));
-  return out;
-}
 template <HasWords E>
 std::vector<std::string> all_words() {
   return {kWordsOf<E>.begin(), kWordsOf<E>.end()};

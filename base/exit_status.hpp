@@ -26,9 +26,5 @@ inline constexpr std::string_view kRunGoesOn = "running", kRunCutOff = "cut off"
 inline std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent) {
   return status ? to_string(*status) : absent;
 }
-// nullopt: no such word
-inline std::optional<ExitStatus> parse_exit_status(std::string_view word) {
-  return parse_word<ExitStatus>(word);
-}
 
 }  // namespace lcrig

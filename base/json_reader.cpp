@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/key_words.hpp"
@@ -147,26 +146,10 @@ bool JsonReader::is_related_failure(std::string_view pointer) const {
 
 // Lists failures in the order of the file, because people correct a file from its top.
 Result<> JsonReader::result() const {
-  constexpr std::size_t kShown = 20;
-  std::multimap<std::pair<int, int>, const State::Failure*> failures;
-  for (const auto& f : state_->failures) failures.emplace(std::pair(f.at.line, f.at.column), &f);
-  if (failures.empty()) return {};
-  Error error(Errc::invalid_request, {});
-  std::size_t shown = 0;
-  for (const auto& [place, f] : failures) {
-    const auto lines = state_->document.excerpt(f->at);
-    if (shown == 0) {
-      error.what = f->what;
-      error.detail = lines;
-    } else {
-      error.detail += fmt::format("\n{}\n{}", f->what, lines);
-    }
-    if (++shown == kShown) break;
-  }
-  if (failures.size() > kShown) {
-    error.detail += fmt::format("\n... and {} more", failures.size() - kShown);
-  }
-  return fail(std::move(error));
+  std::vector<TextPosition> places;
+  for (const auto& f : state_->failures) places.push_back(f.at);
+  return refuse_at(state_->document.text(), places,
+                   [this](std::size_t i) { return state_->failures[i].what; });
 }
 
 std::string JsonReader::last_key() const {

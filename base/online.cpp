@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/online.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lcrig {
@@ -39,6 +40,12 @@ void RunningLine::add(double x, double y, double weight) {
 
 double RunningLine::slope_se() const {
   return std::sqrt(residual_ss_ / static_cast<double>(count_ - 2) / sxx_);
+}
+
+double upper_median(std::vector<double>& values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
 }
 
 }  // namespace lcrig

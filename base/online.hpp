@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimators that take values one by one and store none of them: a mean and a straight line, with
-// their scatter. Used by the analysis, by the budget and by decisions during a run.
+// Estimators for the analysis, the budget and decisions during a run. A mean and a straight line,
+// with their scatter, take values one by one and store none of them.
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 namespace lcrig {
 
@@ -39,5 +40,10 @@ class RunningLine {
   double weights_ = 0, x_ = 0, y_ = 0;
   double sxx_ = 0, sxy_ = 0, residual_ss_ = 0;
 };
+
+// The median, which ignores a few spikes. Of an even count it is the larger of the two in the
+// middle, so that it is one of the values; `median` of analysis/line_fit.hpp is the mean of the
+// two. Reorders the values, of which there is at least one.
+double upper_median(std::vector<double>& values);
 
 }  // namespace lcrig

@@ -21,11 +21,13 @@ enum class HoldCause {
   person,  // a person held it
   restart,  // lcrigd was restarted
   empty,  // no entry is left
-  not_standing,  // this and the next four: a Hazard (daemon/queue/hazard.hpp)
-  left_loaded,
-  frame_fault,
-  limit,
-  other_instrument,
+  // A Hazard (daemon/queue/hazard.hpp), the worst one first.
+  not_standing,  // the frame did not confirm standstill
+  left_loaded,  // the specimen is still loaded, or may be
+  frame_fault,  // E-stop, drive, shield, not_ready; or the frame is not believed
+  limit,  // of the protocol or the machine was reached
+  other_instrument,  // another identity answered at a port
+  // No hazards.
   aborted,  // a person or a signal stopped the run
   failure,  // an entry failed: its terms say to hold, or no terms may decide about this failure
   look,  // an entry failed: it gets one more attempt once a person has looked

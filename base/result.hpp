@@ -56,6 +56,7 @@ struct Error {
   std::string detail;  // more lines for a person at a terminal, such as the wrong line of a file
   std::string database;  // path of the database that the error is about; empty: not about a
                          // database
+  bool hands_off = false;  // the reason why nothing moves any more (FrameDrive::hands_off)
 };
 
 // A value or an Error. Only this class knows that tl::expected is behind it, so that std::expected

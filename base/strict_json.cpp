@@ -347,8 +347,8 @@ std::string JsonDocument::number_text(const std::string& pointer) const {
 const std::vector<JsonDocument::Duplicate>& JsonDocument::duplicates() const {
   return data_->duplicates;
 }
-std::string JsonDocument::excerpt(TextPosition at) const {
-  return lcrig::excerpt(data_->text, at);
+std::string_view JsonDocument::text() const {
+  return data_->text;
 }
 TextPosition JsonDocument::value_position(const std::string& pointer) const {
   const auto it = data_->places.find(pointer);

@@ -45,8 +45,7 @@ class JsonDocument {
   // Where the value of `pointer` begins, or its key.
   TextPosition value_position(const std::string& pointer) const;
   TextPosition key_position(const std::string& pointer) const;
-  // The line of the file, and a caret below the place.
-  std::string excerpt(TextPosition at) const;
+  std::string_view text() const;
   // The number at `pointer` as the file writes it.
   std::string number_text(const std::string& pointer) const;
   // A key that an object contains twice, and the words that say so. Every JsonReader of the

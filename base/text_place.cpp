@@ -2,6 +2,8 @@
 #include "base/text_place.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <vector>
 
 #include "base/text.hpp"
 
@@ -42,6 +44,25 @@ std::string excerpt(std::string_view text, TextPosition at) {
 
 bool has_text_below(std::string_view text, int line) {
   return !trimmed(text.substr(line_begin(text, line + 1))).empty();
+}
+
+Result<> refuse_at(std::string_view text, std::span<const TextPosition> places,
+                   const std::function<std::string(std::size_t)>& what) {
+  constexpr std::size_t kShown = 20;
+  if (places.empty()) return {};
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t i) { return std::pair(places[i].line, places[i].column); });
+  Error error(Errc::invalid_request, what(order.front()));
+  error.detail = excerpt(text, places[order.front()]);
+  for (std::size_t i = 1; i < std::min(kShown, order.size()); ++i) {
+    error.detail += fmt::format("\n{}\n{}", what(order[i]), excerpt(text, places[order[i]]));
+  }
+  if (order.size() > kShown) {
+    error.detail += fmt::format("\n... and {} more", order.size() - kShown);
+  }
+  return fail(std::move(error));
 }
 
 }  // namespace lcrig

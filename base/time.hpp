@@ -25,6 +25,7 @@ constexpr Duration from_seconds(double s) {
 constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }
+inline constexpr std::int64_t kSecond_ns = 1'000'000'000, kDay_ns = 86'400 * kSecond_ns;
 inline constexpr double kLongestTime_s = 30 * 86400.0;  // the longest time that any file or command
                                                         // may ask for: 30 days
 

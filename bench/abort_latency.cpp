@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures the time from an abort on the control socket to the frame's STOP on the wire and to the
-// answer (standstill confirmed); the same for a freeze in `finally`; and from an abort while a run
-// is prepared to its answer. Client, daemon and simulators (behind loopback TCP) run in real time
-// in three threads. Then the same for a SIGTERM to a separate lcrigd process, the program beside
-// this one. Usage: abort_latency_bench [ABORTS [SIGTERMS]]
+// Measures how long an abort takes: from the message on the control socket to the frame's STOP on
+// the wire, and to the answer (standstill confirmed). Also for a freeze in `finally`, and for an
+// abort while a run is being prepared. Client, daemon and simulators (behind loopback TCP) run in
+// real time in three threads. Then it measures the same for a SIGTERM to a separate lcrigd process,
+// the program beside this one. Usage: abort_latency_bench [ABORTS [SIGTERMS]]
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -61,7 +61,7 @@ T must(cli::Outcome<T> outcome) {
   return std::move(*outcome);
 }
 
-// Notes when an expected STOP arrives at the gateway.
+// Records when an expected STOP arrives at the gateway.
 class StopWatch final : public Transport {
  public:
   StopWatch(std::unique_ptr<Transport> inner, std::atomic<std::int64_t>& stop_ns)
@@ -91,7 +91,7 @@ void rethrow(std::exception_ptr error) {
   if (error) std::rethrow_exception(error);
 }
 
-// Both instruments. Each serves one client after the other.
+// Both instruments. Each serves one client at a time.
 class Simulators {
  public:
   Simulators() : world_(make_world()), scene_(world_->plant()), meter_(io_), frame_(io_) {
@@ -238,7 +238,7 @@ struct Latencies {
   LatencyHistogram to_stop, to_answer;
 };
 
-// One stop that the frame has to confirm. False when the frame already stood.
+// Makes one stop that the frame has to confirm. False when the frame already stood.
 bool stop_and_note(Simulators& sims, Client& client, const char* method, Latencies& l) {
   sims.stop_ns = 0;
   const auto stop = client.stop(method);
@@ -249,7 +249,7 @@ bool stop_and_note(Simulators& sims, Client& client, const char* method, Latenci
   return true;
 }
 
-// One client starts a run and another aborts it at some time before it has begun.
+// One client starts a run, and another one aborts it before the run has begun.
 void stop_a_start(const std::string& socket, Client& client, int after_ms, LatencyHistogram& l,
                   int& begun) {
   std::thread starter([&socket] { static_cast<void>(Client(socket).try_start()); });

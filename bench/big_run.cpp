@@ -27,13 +27,13 @@ void must(const Result<>& r) {
 constexpr double kSample_s = 0.02;
 constexpr double kCycle_s = 40, kPeak_N = 1;
 
-// Triangles of force, followed by rest for the other half of the cycle.
+// A triangle of force, then rest for the other half of the cycle.
 double force_at(double t_s) {
   const double x = std::fmod(t_s, kCycle_s) / kCycle_s;
   return x < 0.25 ? 4 * x * kPeak_N : x < 0.5 ? (2 - 4 * x) * kPeak_N : 0;
 }
 
-// Instruments send few digits.
+// Instruments send few digits, so values are rounded.
 double rounded(double value, double per_unit) {
   return std::round(value * per_unit) / per_unit;
 }

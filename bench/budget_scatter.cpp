@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks the budget: compares its predicted standard errors with the scatter of seeded rehearsals,
-// and standard errors and half-widths with those that `analyze` gives. It does so for a short
-// static test and for the dynamic test with each aperture, and for what the budget proposes for 1
-// %. Run it from the source tree; by default it makes 400 rehearsals of each.
+// Checks the budget. It compares predicted standard errors with the scatter of seeded rehearsals.
+// It also compares predicted standard errors and half-widths with those that `analyze` gives. The
+// cases are a short static test, the dynamic test with each aperture, and what the budget proposes
+// for 1 %. Run it from the source tree; by default it makes 400 rehearsals of each.
 //   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL|proposed]]
 #include <fmt/format.h>
 #include <unistd.h>
@@ -52,7 +52,7 @@ std::string text_of(const Case& c) {
   return text;
 }
 
-// One question to the budget.
+// Everything that one question to the budget needs.
 struct Question {
   Protocol protocol;
   Environment environment;
@@ -90,7 +90,7 @@ Result<std::vector<Prediction>> predict(const Case& c, const std::string& specim
   return predict_errors(*run);
 }
 
-// As `lcrig budget PROTOCOL --target 1%` proposes it.
+// The case that `lcrig budget PROTOCOL --target 1%` proposes.
 Result<Case> propose(const std::string& protocol, const std::string& specimen_text) {
   Case out;
   out.protocol = protocol;
@@ -122,8 +122,8 @@ struct Moments {
   double deviation() const { return std::sqrt(ss / (n - 1)); }
 };
 
-// No specimen is mounted twice at the same micrometre: a little higher or lower, and the readings
-// fall on other instants of a loading.
+// Moves the contact, because no specimen is mounted twice at the same micrometre. With another
+// contact the readings fall on other instants of a loading.
 std::string bench_text(std::uint64_t seed) {
   std::string text = read("daemon/rig/benches/paper.json");
   const std::string key = "\"contact_travel_mm\": ";

@@ -39,7 +39,7 @@ inline void print_header() {
 
 // Prints half-widths beside the width that the errors need, 1.96 times their root mean square.
 inline void print(const std::string& world, const std::string& result, const Cell& c) {
-  // In percent of the truth; what ought to be 0 is in percent itself.
+  // In percent of the truth. A result that ought to be 0 is in percent already.
   const double n = c.runs, truth = c.truth > 0 ? c.truth / n : 100;
   fmt::print("{:<30} {:<40} {:>5} {:>7.1f} {:>7.1f} {:>9.3f} {:>9.3f} {:>8.2f} {:>9.3f} {:>8.2f}\n",
              world, result, c.runs, 100 * c.held / n,

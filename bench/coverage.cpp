@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures how often `ci95` and the expanded uncertainty contain their truths in rehearsals on a
-// bench that errs as real ones do (docs/simulator.md). Run it from the source tree.
+// Measures how often `ci95` and the expanded uncertainty contain the true values, in rehearsals on
+// a bench with the errors of real ones (docs/simulator.md). Run it from the source tree.
 //
 //   coverage_bench [SEEDS=600] [FIRST_SEED=1] [levels|cycles|all] [REPEATS=4]
 #include <fmt/format.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures how often `ci95` and the expanded uncertainty contain their truths under disturbances
-// (the table of docs/analysis.md). It uses no instrument and no protocol, only the times and forces
-// of a synthetic or recorded run with new capacitances, so that 600 seeds take minutes.
+// Measures how often `ci95` and the expanded uncertainty contain the true values under disturbances
+// (the table of docs/analysis.md). It uses no instrument and no protocol. It takes only the times
+// and forces of a synthetic or recorded run and computes new capacitances, so 600 seeds take
+// minutes.
 //
 //   coverage_worlds_bench [SEEDS=200] [FIRST_SEED=1] [REPEATS=4] [static|dynamic|real|all] [WORLD]
 //   coverage_worlds_bench ... recorded WORLD|'' FILE.db RUN    times and forces of that run

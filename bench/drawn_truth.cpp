@@ -17,16 +17,16 @@ namespace {
 
 using nlohmann::json;
 
-// What was drawn once for the run.
+// The errors that were drawn once for the run.
 struct Lasting {
   double meter_gain = 0, meter_offset_F = 0;
-  double force_gain = 1;  // shown over true, the area of the probe included
+  double force_gain = 1;  // shown over true, including the area of the probe
   double creep = 0;
 };
 
 Lasting lasting_of(const MeterSetting& meter, const json& drawn) {
   const auto allowed =
-      lcr6100::basic_accuracy(meter.speed == MeterSpeed::fast, meter.frequency_Hz, meter.level_V);
+      lcr6100::basic_accuracy(meter.aperture == Aperture::fast, meter.frequency_Hz, meter.level_V);
   const auto value = [&](const char* name) { return drawn[name].get<double>(); };
   return {value("meter_gain") * allowed.gain, value("meter_offset") * allowed.offset_F,
           (1 + value("cell_gain")) * (1 + value("probe_area")), value("creep")};
@@ -37,7 +37,7 @@ double noise_F(const MeterSetting& meter, const PlantConfig& plant) {
   return once * (1000 / meter.frequency_Hz) / meter.level_V / std::sqrt(meter.average);
 }
 
-// The force that a specimen remembers: q' = (F - q)/time. At the instants of the readings.
+// The force that a specimen remembers, q' = (F - q)/time, at the instants of the readings.
 std::vector<double> remembered_N(const RunData& data, double rest_N, double time_s) {
   std::vector<double> out;
   out.reserve(data.readings.size());
@@ -61,7 +61,7 @@ struct TrueLevel {
   Truths delta_fF;
 };
 
-// A force scatters as it is shown, and not as it acts: all readings of the level have their mean.
+// A force scatters when it is shown, not when it acts: each reading of a level gets the mean force.
 std::vector<TrueLevel> true_levels(const RunData& data, const RunAnalysis& analysis,
                                    const BenchWorld& world, const Lasting& drawn) {
   const RunView view = look_at(data, analysis.options);
@@ -94,8 +94,8 @@ std::vector<TrueLevel> true_levels(const RunData& data, const RunAnalysis& analy
   return out;
 }
 
-// Change that is left of the load before, in the mean of the rests before the cycles: a result less
-// that rest does not have it.
+// The change that is left from the load before, as the mean over the rests before the cycles. A
+// result relative to these rests lacks this change.
 Truths left_at_rest(const RunData& data, const RunAnalysis& analysis, const BenchWorld& world,
                     const Lasting& drawn) {
   const RunView view = look_at(data, analysis.options);
@@ -125,7 +125,7 @@ std::optional<Truths> slope(const std::vector<TrueLevel>& levels, const Pressure
   return Truths{of_rig->slope, of_own->slope};
 }
 
-// Twice the standard deviation of a level between repeats, pooled, over the span of the curve.
+// Twice the pooled standard deviation of a level between repeats, over the span of the curve.
 Truths repeatability(const std::vector<TrueLevel>& levels, double readings, double noise_fF) {
   double rig = 0, own = 0;
   for (const TrueLevel& l : levels) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Truths of a rehearsed run from what its bench drew and from the specimen's curve, without any
-// estimator. For bench/realistic.cpp.
+// The true values of a rehearsed run, from what its bench drew and from the specimen's curve. No
+// estimator takes part. For bench/realistic.cpp.
 #pragma once
 
 #include <map>
@@ -18,12 +18,12 @@ struct Truths {
   double of_rig = 0, own = 0;
 };
 
-// By the name of a metric; sensitivities as "slope 0-30 kPa". Always C0, noise and drift. Of levels
-// also their slopes, the change to the highest of them, the dynamic range, the repeatability and
-// the limit of detection.
+// True values by the name of a metric; sensitivities are called "slope 0-30 kPa". C0, noise and
+// drift are always there. For levels there are also their slopes, the change to the highest level,
+// the dynamic range, the repeatability and the limit of detection.
 //
-// `world` is that of the run; its pressures are taken as they were measured, because a result
-// refers to them. `drawn` is the JSON that the run stored.
+// `world` is that of the run. Pressures are the measured ones, because a result refers to them.
+// `drawn` is the JSON that the run stored.
 std::map<std::string, Truths> drawn_truths(const RunData& data, const RunAnalysis& analysis,
                                            const BenchWorld& world, const nlohmann::json& drawn);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures how often the intervals of `model fit` contain the truth: modulus, contact offset and C0
-// of a specimen between free and between bonded faces. The runs are made up: four repeats of levels
-// from 10 to 100 kPa with noise, an error of C0, and repeats that differ. The truth of the bonded
-// specimen is computed on a finer mesh than the fit uses.
+// of a specimen with free or with bonded faces. The runs are synthetic: four repeats of levels from
+// 10 to 100 kPa with noise, an error of C0, and differences between repeats. The truth for the
+// bonded specimen is computed on a finer mesh than the fit uses.
 //
 //   fit_coverage_bench [SEEDS=200] [FIRST_SEED=1] [free|bonded|all]
 #include <fmt/format.h>
@@ -85,12 +85,12 @@ struct Held {
 void measure(const Specimen& specimen, const LevelChoice& choice, const std::vector<double>& truth,
              const World& world, int seeds, int first) {
   Held mu, offset, c0;
-  int refused = 0;  // fits
+  int refused = 0;  // number of fits
   for (int seed = first; seed < first + seeds; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 7919 + 3);
     std::normal_distribution<double> normal;
     const double c0_error_F = world.noise_F / std::sqrt(kBaseline) * normal(random);
-    // As the readings before contact tell their own scatter.
+    // The readings before contact estimate their own scatter, with this many degrees of freedom.
     constexpr double kFreedom = kBaseline - 1;
     const double told =
         std::sqrt(std::chi_squared_distribution<double>(kFreedom)(random) / kFreedom);

@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 using namespace literals;
 
-// Processor time, because other programs may be running.
+// Processor time, so that other programs do not matter.
 double now() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
@@ -53,7 +53,7 @@ Specimen paper(std::size_t n) {
   return s;
 }
 
-// PDMS (mu 42 kPa, E to match) below kapton (2.5 GPa, nu 0.34), all bonded, base fixed.
+// PDMS (mu 42 kPa, with a matching E) below kapton (2.5 GPa, nu 0.34), all bonded to a fixed base.
 Specimen laminate(std::size_t n) {
   Specimen s = paper(n);
   s.faces = Faces::bonded_laminate;
@@ -88,7 +88,7 @@ json bench_points() {
                          Pressure::from_si(5.0 * (i + 1)))
                ->strain;
   });
-  const double exact = 1 - 0.1;  // the closed form at a stretch of 0.1
+  const double exact = 1 - 0.1;  // closed form at a stretch of 0.1
   const double found = solve_stretch(42.0_kPa, 0.5, EnergyForm::a, Lateral::free,
                                      PressureKind::dead, 42.0_kPa * (1 / 0.01 - 0.1))
                            ->strain;
@@ -112,9 +112,9 @@ struct LaminateReference {
   std::size_t n;
   double slope_fF_kPa, delta10_fF, delta100_fF;
 };
-// Delta C is the limit of our meshes -1 to 2, at 100 kPa in doubt by 5e-5 to 1e-4. FEniCSx rises
-// towards it from below (N = 3: 152.979, 152.997 and 153.008 with degrees 4, 5 and 6, 153.027 on a
-// mesh finer at the corners) and loses the solution on finer meshes.
+// Delta C is the limit of our meshes -1 to 2, and at 100 kPa its doubt is 5e-5 to 1e-4. FEniCSx
+// rises towards it from below (N = 3: 152.979, 152.997 and 153.008 with degrees 4, 5 and 6, 153.027
+// on a mesh finer at the corners) and loses the solution on finer meshes.
 constexpr LaminateReference kLaminates[] = {{1, 0.5409208, 5.378, 51.179},
                                             {2, 1.0794701, 10.7327, 102.156},
                                             {3, 1.6170103, 16.0775, 153.043},
@@ -146,8 +146,8 @@ json bench_finite(const LaminateReference& r) {
              r.n <= 3 ? 1 : 6, error, 3e-4);
 }
 
-// The same with the error estimate that `curve` and `auto` compute: at small strains that of the
-// mesh, at finite strains the whole one. On the coarsest mesh whose error is below 1e-4.
+// The same with the error estimate of `curve` and `auto`: at small strains that of the mesh, at
+// finite strains the complete one. It uses the coarsest mesh whose error is below 1e-4.
 json bench_estimated(const LaminateReference& r, Level level) {
   const Specimen s = laminate(r.n);
   const bool finite = level == Level::fem_finite;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// query_round_trip_bench [N]: times one query over a pty whose far end answers at once, alternately
-// through a bare write/poll/read loop and through the driver stack (FdTransport, ScpiLink, reading
-// parser), in real time. Prints queries/s and percentiles of both, and their ratio.
+// query_round_trip_bench [N]: times one query over a pty whose far end answers at once. It
+// alternates between a bare write/poll/read loop and the driver stack (FdTransport, ScpiLink,
+// reading parser), in real time. Prints queries/s and percentiles of both, and their ratio.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -33,7 +33,7 @@ using namespace lcrig;
 constexpr std::string_view kReading = "+1.84249e-12,+4.64627e-03,OUT ,AUX-NG,NG\r\n";
 constexpr int kRounds = 10;  // alternating, so that a noisy machine disturbs both alike
 
-// The far end. Its own thread answers every line until the near end closes.
+// The far end. A thread of its own answers every line until the near end closes.
 class InstantMeter {
  public:
   InstantMeter() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Milliseconds to queue 1,000 and 10,000 runs, one by one and as one table, and to list them, in
-// the database alone. Prints one JSON object a size. Usage: queue_bench [FOLDER]
+// Milliseconds to queue 1,000 and 10,000 runs, one by one and as one table, and to list them. Only
+// the database takes part. Prints one JSON object for each size. Usage: queue_bench [FOLDER]
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>

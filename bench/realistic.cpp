@@ -26,7 +26,7 @@ struct BenchRun {
   nlohmann::json drawn;
 };
 
-// A run: its noise is drawn from `seed`, its rig from `rig_seed`.
+// One run: its noise is drawn from `seed`, its rig from `rig_seed`.
 struct Occasion {
   std::uint64_t seed = 0, rig_seed = 0;
   ErrorScope scope = ErrorScope::everything;
@@ -63,7 +63,7 @@ std::unique_ptr<BenchWorld> make_bench_world() {
   return BenchWorld::make(specimen, bench.error_tolerance, Force::from_si(3), bench.plant).value();
 }
 
-// Results by the name of the metric, and for slopes the range.
+// Results by the name of the metric; for slopes also by their range.
 std::map<std::string, Judged> results_of(const RunAnalysis& a) {
   std::map<std::string, Judged> out;
   const auto add = [&out](const Metric& m, const std::string& name,
@@ -92,14 +92,14 @@ std::map<std::string, Judged> results_of(const RunAnalysis& a) {
   return out;
 }
 
-// At 100 kHz, where the errors of a bench are not buried in noise.
+// The protocol at 100 kHz, where noise does not hide the errors of a bench.
 std::string text_at_100_kHz(const std::string& name) {
   std::string text = read_text_file("protocols/library/" + name + ".json").value();
   const std::string slow = "\"frequency_Hz\": 1000,";
   return text.replace(text.find(slow), slow.size(), "\"frequency_Hz\": 100000,");
 }
 
-// The increase from one run to another of the same specimen on the same rig: none.
+// Adds the increase from one run to another of the same specimen on the same rig; its truth is 0.
 void add_comparisons(const RunAnalysis& from, const RunAnalysis& to, std::vector<Judged>& out) {
   const RunAnalysis runs[] = {from, to};
   for (const Comparison& c : compare(runs)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rehearses on a bench that errs as real ones do, and judges every interval by what was drawn. For
-// coverage_bench and tests/coverage/.
+// Rehearses on a bench with the errors of real ones, and judges every interval by the values that
+// were drawn. For coverage_bench and tests/coverage/.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace lcrig::worlds {
 
-// A shipped protocol as it is rehearsed.
+// A shipped protocol in the form in which it is rehearsed.
 struct Rehearsed {
   std::string name, text;  // of the protocol
   ParameterValues parameters;
@@ -20,13 +20,16 @@ struct Rehearsed {
 Rehearsed rehearsed_levels(int repeats, int readings);
 Rehearsed rehearsed_cycles(int cycles);
 
-// Rehearses four times with this seed. The first run has all errors and is judged, by what its
-// bench drew (drawn_truth.hpp) where that tells the truth: C0, noise, drift, limit of detection,
-// repeatability and what is made of levels. The second is on the same rig another day: the increase
-// from the first to it is none. For the other results the third gives the truth of `ci95`, because
-// it has neither noise nor drift nor differences between loadings; the fourth that of the expanded
-// uncertainty, because its instruments are perfect. `folder` holds the databases and must exist.
-// Throws where a rehearsal fails.
+// Makes four rehearsals with this seed.
+//
+// The first run has all errors and is judged. Its truth comes from what its bench drew
+// (drawn_truth.hpp) where that is enough: for C0, noise, drift, limit of detection, repeatability
+// and all results from levels. The second run is on the same rig another day, so the true increase
+// from the first to the second is 0. For the other results, the third run gives the truth of
+// `ci95`, because it has no noise, no drift and no differences between loadings. The fourth gives
+// the truth of the expanded uncertainty, because its instruments are perfect.
+//
+// `folder` holds the databases and must exist. Throws where a rehearsal fails.
 std::vector<Judged> judge_on_bench(const Rehearsed& what, std::uint64_t seed,
                                    const std::string& folder);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processor milliseconds to list 10,000 runs of 700 links each, as many as a static run has, and to
-// make the lines of `lcrig runs list --json`. Prints one JSON object. Usage: runs_bench [FOLDER]
+// Processor milliseconds to list 10,000 runs with 700 links each, as many as a static run has, and
+// to make the lines of `lcrig runs list --json`. Prints one JSON object. Usage: runs_bench [FOLDER]
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
@@ -51,7 +51,7 @@ double milliseconds_of(std::clock_t ticks) {
   return 1e3 * static_cast<double>(ticks) / CLOCKS_PER_SEC;
 }
 
-// Listed, and the lines made of it.
+// Times of listing the runs and of making the lines.
 Result<std::pair<double, double>> list_once(const std::string& path) {
   const std::clock_t begin = std::clock();
   auto db = open_read_only(path);

@@ -72,7 +72,7 @@ std::vector<World> slow_worlds() {
   return out;
 }
 
-// LCR-6100 at 100 kHz and 1 V: 0.05 % basic accuracy, 5 fF of offset after an open correction. A
+// An LCR-6100 at 100 kHz and 1 V: 0.05 % basic accuracy, 5 fF of offset after an open correction. A
 // class 1 cell with a zero within 5 mN. A probe turned to 20 um. The rest is as seen on real
 // specimens.
 World realistic_world() {

@@ -144,7 +144,7 @@ double creep_factor(const World& w, double under_load_s) {
   return 1 + w.creep_per_decade * std::log10(std::max(under_load_s, 0.1));
 }
 
-// For each reading the time since its level was reached. A ramp restarts the time.
+// For each reading, the time since its level was reached. A ramp resets it.
 std::vector<double> under_load(const RunData& data) {
   std::vector<double> out;
   double since = 0;
@@ -174,8 +174,8 @@ double mean_creep(const MadeRun& run, const World& w, std::int32_t level) {
   return n > 0 ? sum / n : 1;
 }
 
-// The least-squares slopes of the true curves over the levels of a range: as the rig shows it, and
-// the specimen's own.
+// The least-squares slopes of the true curves over the levels of a range: that of the rig and the
+// specimen's own.
 std::optional<Judged> judge_slope(const MadeRun& run, const TrueSpecimen& specimen, const World& w,
                                   const RangeResult& r) {
   if (!r.sensitivity || !r.sensitivity.estimate->interval) return std::nullopt;
@@ -185,13 +185,13 @@ std::optional<Judged> judge_slope(const MadeRun& run, const TrueSpecimen& specim
     if (kPa < r.range.from_kPa - 1e-6 || kPa > r.range.to_kPa + 1e-6) continue;
     const double creep = w.creep_per_decade > 0 ? mean_creep(run, w, l.level) : 1;
     const double delta = specimen.delta_fF(kPa) * creep;
-    // The specimen's own slope is that of the middle between loading and unloading.
+    // The specimen's own slope is that of the mean of loading and unloading.
     const double u = kPa / 100;
     const double half_gap = 2 * w.hysteresis * specimen.delta_fF(100) * u * (1 - u);
     const double shared =
         run.truth.shared_fF.empty() ? 0 : run.truth.shared_fF[static_cast<std::size_t>(l.index)];
     rig.push_back({kPa * (1 + run.truth.force), (1 + run.truth.gain) * (delta + shared), 1});
-    // The true pressure is the true force on the true area.
+    // The true pressure is the true force over the true area.
     const double area = std::pow(1 + run.truth.diameter_mm / kDiameter_mm, 2);
     own.push_back({kPa / area, delta + half_gap, 1});
   }

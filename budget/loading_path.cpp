@@ -2,7 +2,6 @@
 #include "budget/loading_path.hpp"
 
 #include <boost/math/tools/toms748_solve.hpp>
-#include <cstdint>
 
 namespace lcrig {
 

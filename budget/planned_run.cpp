@@ -14,19 +14,11 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};  // of the model, relative
-
-MeterSpeed speed_of(Aperture a) {
-  return a == Aperture::fast     ? MeterSpeed::fast
-         : a == Aperture::medium ? MeterSpeed::medium
-                                 : MeterSpeed::slow;
-}
-
 MeterSetting setting_of(const LcrSettings& s, const LcrCapabilities& caps) {
   MeterSetting out;
   out.frequency_Hz = s.frequency.si();
   out.level_V = s.level.si();
-  out.speed = speed_of(s.aperture);
+  out.aperture = s.aperture;
   out.average = s.average;
   out.internal_trigger = s.trigger == LcrTrigger::internal;
   out.conversion_s = to_seconds(caps.conversion_time(s));
@@ -35,11 +27,11 @@ MeterSetting setting_of(const LcrSettings& s, const LcrCapabilities& caps) {
 
 double reading_noise_F(const MeterSetting& m, const Rig& rig) {
   if (!rig.noise) return meter_noise_F(m);
-  const double once = rig.noise->capacitance_F[static_cast<std::size_t>(m.speed)];
+  const double once = rig.noise->capacitance_F[static_cast<std::size_t>(m.aperture)];
   return once * (1000 / m.frequency_Hz) / m.level_V / std::sqrt(m.average);
 }
 
-// Follows the force through the steps.
+// Follows the force through the steps of a protocol and collects the readings.
 class Walk {
  public:
   Walk(const Protocol& protocol, const Environment& environment, const Rig& rig, const Plan& plan)
@@ -63,7 +55,7 @@ class Walk {
       take(*step);
     }
     finish();
-    // A line goes through one direction, the one with more levels: as in the analysis.
+    // A line is fitted to one direction, the one with more levels, as in the analysis.
     if (falling_.size() > levels.size()) levels.swap(falling_);
     if (levels.empty() && cycles.empty()) {
       return fail(Errc::invalid_request, "{}: it never loads the specimen by itself",
@@ -118,7 +110,7 @@ class Walk {
     time_s_ += seconds;
   }
 
-  // The frame's force loop goes there by itself.
+  // The force loop of the frame goes to the target and stays there.
   void hold(const Target& at) {
     const double force = target_force_N(at, environment_, rig_);
     if (force <= edge_) end_cycle();
@@ -136,14 +128,14 @@ class Walk {
     if (force_ > edge_ && speed > 0 && force_ > from) {
       loading_s_ = (way(force_) - way(from)) / speed;
       peak_s_ = time_s_ + seconds;
-      // Without a specimen it is not known where on the way it is touched.
+      // Without a specimen the plan cannot know where on the way the probe touches.
       if (rig_.compression_m) rest(time_s_, seconds - loading_s_);
     } else if (force_ > from && seconds > 0) {
       rise({kPa(from), kPa(force_), readings_in(seconds), seconds});
     }
   }
 
-  // Up: the force falls to nothing on the first part of the way.
+  // Moves up. The force falls to zero during the first part of the way.
   void unload(double speed, double seconds) {
     const double falling = speed > 0 ? way(force_) / speed : 0;
     falling_s_ = falling;
@@ -156,13 +148,13 @@ class Walk {
   void place(const Target& load, double seconds) {
     const double force = target_force_N(load, environment_, rig_);
     if (force <= edge_) end_cycle();
-    // The person takes the time before the load is there.
+    // The person takes this time before the load is in place.
     if (force_ <= edge_) rest(time_s_, seconds);
     force_ = force;
     if (force_ <= 0) begin_repeat();
   }
 
-  // A level below the edge of a cycle is one, too.
+  // A level whose force is below the edge of a cycle is a level, too.
   void measure(double count, double seconds) {
     if (force_ > 0) {
       if (force_ > edge_ && cycle_ended_) begin_repeat();
@@ -216,7 +208,7 @@ class Walk {
     peak_kPa_ = loading_s_ = falling_s_ = 0;
   }
 
-  // After a load only the later half of a rest counts.
+  // Closes a rest. After a load only its later half counts, because the specimen still recovers.
   void end_rest() {
     const double counts = cycles.empty() ? 1 : 0.5;
     rests.push_back(
@@ -234,18 +226,17 @@ class Walk {
   std::map<std::string, double> seconds_;
   double interval_ = 1, edge_ = 0;
   bool continuous_ = true;
-  double time_s_ = 0;  // at the begin of the step
+  double time_s_ = 0;  // at the beginning of the step
   double force_ = 0, last_level_ = 0;
   int repeat_ = 1;
-  bool cycle_ended_ = false;  // and no level since then
-  double peak_kPa_ = 0, peak_s_ = 0, loading_s_ = 0, falling_s_ = 0;  // of the cycle so far
+  bool cycle_ended_ = false;  // and there was no level since
+  double peak_kPa_ = 0, peak_s_ = 0, loading_s_ = 0, falling_s_ = 0;  // of the present cycle
   std::vector<PlannedStretch> rising_;
   Rest rest_;
   std::vector<PlannedLevel> falling_;
 };
 
-// Visits all steps, those inside of loops, too. `visit` may change them exactly when `steps` is not
-// const.
+// Visits all steps, including those inside loops. `visit` may change them if `steps` is not const.
 template <class AnySteps, class Visit>
 void each_step(AnySteps& steps, const Visit& visit) {
   for (auto& step : steps) {
@@ -261,8 +252,8 @@ Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area p
   const Pressure most = Pressure::from_si(force_max.si() / specimen.area_m2());
   Result<LevelChoice> choice = fail(Errc::bug, "no tolerance");
   double tolerance = 0;
-  ErrorEstimator estimator(specimen);  // keeps what the stricter tolerance has solved
-  for (const double t : kTolerances) {
+  ErrorEstimator estimator(specimen);  // used again, because it keeps its solutions
+  for (const double t : kUsefulTolerances) {
     tolerance = t;
     choice = choose_level(estimator, t, most);
     if (choice) break;
@@ -293,7 +284,7 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   out.reading_noise_F = reading_noise_F(out.meter, rig);
   if (rig.noise) {
     out.force_noise_N = rig.noise->force_N;
-    out.noise_guessed = rig.noise->guessed[static_cast<std::size_t>(out.meter.speed)];
+    out.noise_guessed = rig.noise->guessed[static_cast<std::size_t>(out.meter.aperture)];
     out.noise_basis = rig.noise->basis + (out.noise_guessed ? ": a guess" : "");
   }
   out.interval_s = reading_interval_s(plan.lcr, rig.lcr);
@@ -332,7 +323,7 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
     if (!measure) return;
     const bool known = measure->count.name.empty() || env.values().contains(measure->count.name);
     const bool timed = measure->within.name.empty() || env.values().contains(measure->within.name);
-    if (!known || !timed) return;  // a sweep variable: the plan will say whether it fits
+    if (!known || !timed) return;  // a sweep variable: the plan will tell whether it fits
     const double needed = env.get(measure->count) * conversion;
     if (env.get(measure->within) >= needed) return;
     const double within = std::ceil(needed * kReadingSlack * 10) / 10;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -16,8 +15,6 @@
 namespace lcrig {
 
 namespace {
-
-constexpr const char* kDrift = "drift of C0";  // alike in all repeats
 
 void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKind kind,
          std::string basis) {
@@ -31,13 +28,13 @@ void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKin
   uncertainty.parts.push_back(std::move(part));
 }
 
-// Limits +-relative of the value, all values between them alike.
+// Adds limits of +-relative of the value between which all values are equally likely.
 void add_limits(Uncertainty& uncertainty, std::string name, double relative, std::string basis) {
   add(uncertainty, std::move(name), rectangular(relative) * std::abs(uncertainty.value),
       UncertaintyKind::b, std::move(basis));
 }
 
-// `per_force`: relative change of the result over that of the pressure.
+// `per_force`: relative change of the result for a relative change of the pressure.
 void add_area(const PlannedRun& run, const RigAccuracy& rig, double per_force,
               Uncertainty& uncertainty) {
   const double tolerance_m = rig.diameter_limit_mm() * 1e-3;
@@ -70,8 +67,9 @@ Prediction predicted(std::string quantity, std::string unit, const Scatter& part
         "where on a loading the readings fall, and when it turns");
   }
   if (parts.drift > 0) {
-    add(p.uncertainty, kDrift, parts.drift, UncertaintyKind::a,
+    add(p.uncertainty, "drift of C0", parts.drift, UncertaintyKind::a,
         "what the scatter of the rests leaves of it");
+    p.uncertainty.parts.back().alike_in_repeats = true;
   }
   return p;
 }
@@ -84,19 +82,19 @@ Prediction not_predicted(std::string quantity, std::string unit, std::string rea
   return p;
 }
 
-// A standard deviation that is estimated from `repeats` is a little too small in the mean.
+// Mean of a standard deviation estimated from `repeats`, over the true one: a little less than 1.
 double mean_deviation(int repeats) {
   if (repeats < 2) return 1;
   const double freedom = repeats - 1;
   return std::sqrt(2 / freedom) * std::exp(std::lgamma(repeats / 2.0) - std::lgamma(freedom / 2));
 }
 
-// The interval, and all parts together: as the analysis has them, which knows of the scatter only
-// what the repeats tell.
+// Sets the interval and combines all parts. As in the analysis, the scatter is known only from the
+// repeats.
 void finish(int repeats, double confidence, Prediction& p) {
   double drift = 0;
   for (const UncertaintyPart& part : p.uncertainty.parts) {
-    if (part.name == kDrift) drift = part.standard_uncertainty;
+    if (part.alike_in_repeats) drift = part.standard_uncertainty;
   }
   SlopePart own{std::sqrt(std::max(0.0, p.standard_error * p.standard_error - drift * drift))};
   if (repeats >= 2) own.degrees_of_freedom = repeats - 1;
@@ -106,7 +104,7 @@ void finish(int repeats, double confidence, Prediction& p) {
   p.half_width = (*printed.interval)[1];
   Uncertainty told = p.uncertainty;
   std::erase_if(told.parts, [](const UncertaintyPart& part) {
-    return part.kind == UncertaintyKind::a && part.name != kDrift;
+    return part.kind == UncertaintyKind::a && !part.alike_in_repeats;
   });
   add(told, "scatter", own.se, UncertaintyKind::a, "");
   told.parts.back().degrees_of_freedom = own.degrees_of_freedom;
@@ -116,10 +114,10 @@ void finish(int repeats, double confidence, Prediction& p) {
   p.uncertainty = std::move(told);
 }
 
-// Loadings, or repeats with a slope of their own in the range.
+// Number of loadings, or of repeats that have a slope of their own in the range.
 int slopes_in(const PlannedRun& run, const PressureRange& range) {
   if (run.levels.empty()) return static_cast<int>(run.cycles.size());
-  std::map<int, int> levels;  // of each repeat
+  std::map<int, int> levels;  // number of levels by repeat
   for (const PlannedLevel& l : run.levels) {
     if (is_inside(range, l.pressure_kPa) && l.readings > 0) ++levels[l.repeat];
   }
@@ -146,8 +144,8 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
   return p;
 }
 
-// The meter's gain cancels in the ratio; its offset stays in C0. The force is the abscissa: the
-// range is that at the force that was meant.
+// The meter's gain cancels in the ratio, but its offset stays in C0. The force is the abscissa: the
+// dynamic range is defined at the force that was asked for.
 Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
                          const AnalysisOptions& options) {
   const auto parts = run.cycles.empty() ? std::nullopt : scatter_of_dynamic_range(run);
@@ -177,11 +175,6 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
 }
 
 }  // namespace
-
-double expected_half_width(int repeats, double confidence) {
-  const double freedom = repeats < 2 ? std::numeric_limits<double>::infinity() : repeats - 1;
-  return coverage_factor(confidence, freedom) * mean_deviation(repeats);
-}
 
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
                                                const AnalysisOptions& options) {

@@ -12,10 +12,10 @@ namespace lcrig {
 
 namespace {
 
-// Share of the readings near the peak that must belong to a hold before the force counts as steady.
+// Share of the readings near the peak that must belong to a hold for the force to count as steady.
 constexpr double kHeld = 0.75;
 
-// Parts of the peak, less 1, of the readings that the fit takes.
+// Pressures of the readings that the fit takes, relative to the peak, less 1.
 std::vector<double> upper_half(const std::vector<double>& kPa, double peak_kPa) {
   std::vector<double> out;
   for (const double p : kPa) {
@@ -24,7 +24,7 @@ std::vector<double> upper_half(const std::vector<double>& kPa, double peak_kPa) 
   return out;
 }
 
-// `nearest_s`: from the last reading to the peak.
+// `nearest_s`: time from the last reading to the peak.
 std::vector<double> rising_kPa(const PlannedRun& run, const PlannedCycle& cycle, double nearest_s) {
   if (cycle.loading_s > 0) {
     return LoadingPath(run, cycle.peak_kPa, cycle.loading_s).kPa(nearest_s);
@@ -37,9 +37,9 @@ std::vector<double> rising_kPa(const PlannedRun& run, const PlannedCycle& cycle,
   return out;
 }
 
-// Variance of C at the peak from the fit to the upper half of the force, for unit variance of a
-// reading. The readings go on through the turn, so the nearer the last one before it, the farther
-// the first one after it.
+// Variance of C at the peak from the fit to the upper half of the force, if a reading has variance
+// 1. The readings continue through the turn: the nearer the last one before it, the farther the
+// first one after it.
 double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   const LoadingPath falling(run, cycle.peak_kPa, cycle.falling_s);
   double mean = 0;
@@ -57,7 +57,7 @@ double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   return mean;
 }
 
-// The part of a stretch that lies at the peak already.
+// The share of a stretch that already lies at the peak.
 double share_of_plateau(const PlannedStretch& s, double peak_kPa) {
   const double from = kPlateau * peak_kPa;
   if (s.from_kPa >= from) return 1;
@@ -65,12 +65,12 @@ double share_of_plateau(const PlannedStretch& s, double peak_kPa) {
 }
 
 struct PeakScatter {
-  double unit_variance = 0;  // of C at the peak, for unit variance of a reading
+  double unit_variance = 0;  // of C at the peak, if a reading has variance 1
   double force_kPa = 0;  // standard deviation of the force that counts as the peak
-  double turn_fF = 0;  // what windows that reach over the turn may lack
+  double turn_fF = 0;  // error from windows that reach over the turn
 };
 
-// As the analysis has it: a twelfth of rate times window.
+// As in the analysis: a twelfth of rate times window.
 double turn_fF(const PlannedRun& run, const PlannedCycle& cycle) {
   const double window = window_s(run);
   double rate_kPa_s = 0;
@@ -83,15 +83,15 @@ double turn_fF(const PlannedRun& run, const PlannedCycle& cycle) {
   return std::abs(slope) * rate_kPa_s * std::hypot(window, run.sample_s) / 12;
 }
 
-// The highest sample, whose force counts, is up to half an interval from the turn.
+// The force of the highest sample counts, which is up to half an interval away from the turn.
 double scatter_of_turn_kPa(const PlannedRun& run, const PlannedCycle& cycle) {
   if (cycle.loading_s <= 0 || run.sample_s <= 0) return 0;
   const LoadingPath loading(run, cycle.peak_kPa, cycle.loading_s);
   return loading.short_of_peak_kPa(run.sample_s / 2) / std::sqrt(12);
 }
 
-// Scatter of the mean of a plateau, or of the fit where there is none. nullopt: no reading is under
-// load.
+// Scatter of the mean of a plateau, or without a plateau that of the fit. nullopt: there is no
+// reading under load.
 std::optional<PeakScatter> scatter_of_peak(const PlannedRun& run, const PlannedCycle& cycle) {
   double readings = 0, seconds = 0, held = 0, all = 0, of_level = 0;
   for (const PlannedStretch& s : cycle.rising) {
@@ -135,10 +135,10 @@ std::vector<double> influence_of_rests(const PlannedRun& run) {
 
 }  // namespace
 
-// Mean over the cycles of (peak - rest)/C0, percent.
+// Predicts the mean over the cycles of (peak - rest)/C0, percent.
 std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
   const auto n = static_cast<double>(run.cycles.size());
-  // Variances of the mean over the cycles: of unit noise, and in fF2.
+  // Variances of the mean over the cycles: `meter` for a noise of 1, the others in fF2.
   double meter = 0, force = 0, turns = 0;
   double delta_fF = 0, systematic_fF = 0;
   std::optional<PeakScatter> peak;
@@ -159,7 +159,7 @@ std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
   }
   const double c0_fF = run.c0_F * 1e15;
   auto influence = influence_of_rests(run);
-  influence[0] -= delta_fF / c0_fF;  // C0 is the same readings
+  influence[0] -= delta_fF / c0_fF;  // C0 comes from the same readings
   for (std::size_t k = 0; k < influence.size(); ++k) {
     if (influence[k] != 0) meter += influence[k] * influence[k] / run.rests[k].readings;
   }

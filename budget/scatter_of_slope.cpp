@@ -35,15 +35,15 @@ std::optional<Scatter> slope_of_levels(const PlannedRun& run, const PressureRang
   return out;
 }
 
-// Slope of one loading, and what makes it uncertain.
+// The slope of one loading, and its uncertainty.
 struct LoadingSlope {
   double slope = 0, sxx = 0;
-  double variance = 0;  // of the slope, by where the readings fall
-  double unit_variance_of_bend = 0;  // what the bend adds to that of the slope
+  double variance = 0;  // of the slope, from where the readings fall
+  double unit_variance_of_bend = 0;  // what the bend adds to it, for a reading of variance 1
 };
 
-// Pressures and capacitances of the readings of a branch in the range, from the peak back. A value
-// that is found late is taken for one of a higher pressure. `phase`: of the delay.
+// Pressures and capacitances of the readings of a branch that lie in the range, starting at the
+// peak. A value that is found late is assigned a higher pressure. `phase`: of the delay.
 std::vector<LinePoint> points_of(const PlannedRun& run, const PressureRange& range, double edge_kPa,
                                  const std::vector<double>& kPa, double phase) {
   std::vector<LinePoint> points;
@@ -80,8 +80,8 @@ LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
   return out;
 }
 
-// Over the readings of the range: how much a second would move the slope, and how much the time
-// changes with pressure.
+// Over the readings of the range: how much an error of one second would move the slope, and how
+// much the time changes with pressure.
 struct Tilt {
   double moved_per_s = 0, s_per_kPa = 0;
 };
@@ -123,7 +123,7 @@ std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRa
   if (!(sxx > 0)) return std::nullopt;
   Scatter out = slope_of(run, sxx, sxy);
   out.instants = std::sqrt(by_chance) / sxx;
-  // The bend that all loadings share is known from the same readings, as badly.
+  // The bend that all loadings share comes from the same readings and has the same relative error.
   const double with_bend = std::sqrt(1 + bend / sxx);
   for (double* part : {&out.meter, &out.force, &out.instants}) *part *= with_bend;
   out.alignment = std::abs(tilt.moved_per_s) * instant_s(run);

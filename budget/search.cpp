@@ -12,16 +12,14 @@ namespace {
 
 constexpr std::int64_t kSteps[] = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500, 1000, 2000, 5000};
 
-constexpr const char* kOneCycle =
+constexpr const char* kOneCycleAlone =
     "one cycle: the interval knows nothing of what differs between cycles, and analyze will print "
     "a wider one, which takes the curve's own shape for scatter";
-constexpr const char* kOneRepeat =
-    "one repeat: the interval knows nothing of what differs between repeats";
 
-// Repeats that are planned for a target where the protocol would have one.
+// Number of repeats that are planned to meet a target, where the protocol itself has only one.
 constexpr double kRepeatsForTarget = 3;
 
-// A result that cannot be predicted of so many readings or cycles cannot be of more.
+// If a result cannot be predicted with this many readings or cycles, more of them will not help.
 constexpr std::int64_t kEnoughToPredict = 16;
 
 class Search {
@@ -53,7 +51,7 @@ class Search {
     return q_.protocol.parameters.at(knobs_.readings.empty() ? knobs_.repeats : knobs_.readings);
   }
 
-  // `n` readings at each level, as quick as the meter is; without levels, n repeats.
+  // Plans `n` readings at each level, at the speed of the meter. Without levels it plans n repeats.
   std::optional<BudgetPoint> with_knob(Aperture aperture, double frequency_Hz, std::int64_t n,
                                        Changes changes = {}) const {
     const auto count = static_cast<double>(n);
@@ -80,8 +78,8 @@ class Search {
     return {{knobs_.repeats, std::min(kRepeatsForTarget, most)}};
   }
 
-  // The error falls with the knob: doubling until it is small enough, then bisection, because a
-  // hundred thousand cycles take long to plan.
+  // The least knob that meets the target. The error falls as the knob grows, so it is doubled until
+  // the error is small enough, and bisected then: planning a hundred thousand cycles takes long.
   std::optional<BudgetPoint> least(Aperture aperture, double frequency_Hz) const {
     if (!has_knob()) return std::nullopt;
     const auto most = static_cast<std::int64_t>(knob().max);
@@ -158,7 +156,7 @@ class Search {
     }
     if (!any) out.refused = out.predictions.front().reason;
     if (any && !out.tells_repeats()) {
-      add_remark(out.note, run->levels.empty() ? kOneCycle : kOneRepeat);
+      add_remark(out.note, run->levels.empty() ? kOneCycleAlone : kOneRepeat);
     }
   }
 

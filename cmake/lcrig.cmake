@@ -24,6 +24,11 @@ if(LCRIG_SANITIZE STREQUAL "address")
   target_compile_options(lcrig_flags INTERFACE -fsanitize=address,undefined
     -fno-sanitize=null,alignment,object-size,vptr -fno-sanitize-recover=all
     -fno-omit-frame-pointer)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # The checks as calls: less code to compile.
+    target_compile_options(lcrig_flags INTERFACE
+      "SHELL:--param asan-instrumentation-with-call-threshold=0")
+  endif()
   target_link_options(lcrig_flags INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(lcrig_flags INTERFACE _GLIBCXX_ASSERTIONS)
 elseif(LCRIG_SANITIZE STREQUAL "thread")
@@ -32,9 +37,9 @@ elseif(LCRIG_SANITIZE STREQUAL "thread")
 endif()
 
 # The headers of Asio and JSON take longer to compile than our code, so several sources in one unit
-# build in half the time. Turn it off while editing single files.
+# build in less than half the time. Turn it off while editing single files.
 option(LCRIG_UNITY "Compile several sources as one unit" OFF)
-set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 32)
 if(LCRIG_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

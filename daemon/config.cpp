@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/config.hpp"
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -14,9 +13,6 @@
 namespace lcrig {
 
 namespace {
-
-constexpr std::array<std::pair<std::string_view, FrameDriver>, 2> kFrameDrivers{
-    {{"zwick", FrameDriver::zwick}, {"dead_weight", FrameDriver::dead_weight}}};
 
 std::string read_port(const JsonReader& r) {
   std::string port = r.string("port");
@@ -53,7 +49,7 @@ ForceLoop read_force_loop(const JsonReader& r) {
 
 void read_frame(const JsonReader& r, Config& c) {
   const JsonReader driver = r.at("driver");
-  c.frame_driver = driver.word<FrameDriver>(kFrameDrivers);
+  c.frame_driver = driver.word<FrameDriver>();
   if (!driver.sound()) return;  // the keys of an unknown driver are unknown, too
   if (c.frame_driver == FrameDriver::zwick) {
     FrameFacts& f = c.frame;

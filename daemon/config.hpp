@@ -14,6 +14,8 @@
 namespace lcrig {
 
 enum class FrameDriver { zwick, dead_weight };
+template <>
+inline constexpr EnumWords<2> kWordsOf<FrameDriver>{"zwick", "dead_weight"};
 
 // Facts about a frame that a person must state, because its gateway does not report them.
 struct FrameFacts {

@@ -2,8 +2,9 @@
 #include "daemon/config_keys.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <string_view>
+
+#include "base/units.hpp"
 
 namespace lcrig {
 
@@ -83,7 +84,7 @@ constexpr Key kKeys[] = {
     {"frame.driver", Part::rig, Needs::ports, kRestart,
      [](const Config& c) {
        if (c.bench) return ConfigValue();
-       return text(c.frame_driver == FrameDriver::zwick ? "zwick" : "dead_weight");
+       return text(std::string(to_string(c.frame_driver)));
      },
      nullptr},
     {"frame.port", Part::rig, Needs::machine, kRestart, text_of<&Config::frame_port>, nullptr},
@@ -126,16 +127,9 @@ bool applies(const Key& key, const Config& config) {
 
 // The file may give a key in another unit: "frame.stiffness_N_m".
 bool is_given(const std::vector<std::string>& given, std::string_view key) {
-  std::string_view stem = key;
-  for (const std::string_view unit : {"_N_mm", "_mm_s", "_mm", "_N_s", "_m_s2", "_N", "_s"}) {
-    if (!stem.ends_with(unit)) continue;
-    stem.remove_suffix(unit.size());
-    break;
-  }
-  const bool has_unit = stem.size() < key.size();
-  return std::ranges::any_of(given, [&](const std::string& k) {
-    return k == key || (has_unit && k.starts_with(std::string(stem) + "_"));
-  });
+  const auto stem = split_key(key).stem;
+  return std::ranges::any_of(given,
+                             [&](const std::string& k) { return split_key(k).stem == stem; });
 }
 
 ConfigSource source_of(const Config& config, std::string_view key) {

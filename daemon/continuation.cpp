@@ -31,7 +31,7 @@ Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t r
                                               EventKind kind) {
   return db.first(
       "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC",
-      read_event, run, to_string(kind));
+      read_event, run, kind);
 }
 
 Result<> check_interrupted(const Database& db, std::int64_t run) {
@@ -57,7 +57,7 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
   auto next = db.integer(
       "SELECT max(run_id) FROM event WHERE kind = ?1 AND run_id > ?2 AND "
       "json_extract(detail, '$.run') = ?2 AND run_id NOT IN (SELECT run_id FROM run_copy)",
-      to_string(EventKind::continues), run);
+      EventKind::continues, run);
   if (!next) return fail(next.error());
   if (*next == 0) return {};
   return fail(Errc::invalid_request, "run {} was continued by run {}: continue that one", run,
@@ -84,7 +84,7 @@ Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
 Result<std::vector<StoredAnswer>> answers_of(const Database& db, std::int64_t run) {
   auto rows =
       db.rows("SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
-              read_event, run, to_string(EventKind::answer));
+              read_event, run, EventKind::answer);
   if (!rows) return fail(rows.error());
   std::vector<StoredAnswer> out;
   out.reserve(rows->size());

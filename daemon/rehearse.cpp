@@ -2,7 +2,6 @@
 #include "daemon/rehearse.hpp"
 
 #include <boost/asio/co_spawn.hpp>
-#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -119,7 +118,7 @@ class RunRehearsal final : public Rehearsal {
     out.peak_force_N = summary->peak_force_N;
     auto remarks =
         db->rows<std::string>("SELECT detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
-                              out.run, to_string(EventKind::extrapolated));
+                              out.run, EventKind::extrapolated);
     if (auto r = keep(std::move(remarks), out.remarks); !r) return fail(r.error());
     if (auto answered = add_answers(*db, out); !answered) return fail(answered.error());
     if (summary->c0_F) out.c0_pF = *summary->c0_F * 1e12;
@@ -137,7 +136,7 @@ class RunRehearsal final : public Rehearsal {
         "SELECT step_id, detail, min(seq) FROM event WHERE run_id = ? AND kind = ? GROUP BY "
         "step_id "
         "ORDER BY 3",
-        read, out.run, to_string(EventKind::answer));
+        read, out.run, EventKind::answer);
   }
 
   const RehearseRequest& request_;
@@ -199,7 +198,9 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
   if (*rig && !replay_directory(request.bench)) (*rig)->noise = noise;
-  if (*rig && !known) (*rig)->compression_m = (*rig)->specimen_least_m = {};
+  if (*rig && !known) {
+    (*rig)->compression_m = (*rig)->specimen_least_m = (*rig)->specimen_free_m = {};
+  }
   return std::move(*rig);
 }
 

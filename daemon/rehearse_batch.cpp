@@ -206,7 +206,7 @@ class BatchRehearsal final : public Rehearsal {
       out.measure_readings += summary->measure_readings;
       out.duration_s += summary->duration_s.value_or(0);
       auto acts = db.integer("SELECT count(*) FROM event WHERE run_id = ? AND kind IN (?, ?)", run,
-                             to_string(EventKind::confirm), to_string(EventKind::answer));
+                             EventKind::confirm, EventKind::answer);
       if (!acts) return fail(acts.error());
       out.acts += *acts;
     }

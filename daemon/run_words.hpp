@@ -10,6 +10,8 @@
 
 namespace lcrig {
 
+inline constexpr std::size_t kLongestReason = 500;  // characters in the journal
+
 // "run 3", "simulated run 3"
 std::string run_words(bool simulated, std::int64_t run);
 // " (anchor 57:9c4f…)". The journal keeps the anchor apart from the database, so both cannot be

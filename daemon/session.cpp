@@ -5,7 +5,6 @@
 
 #include <nlohmann/json.hpp>
 #include <utility>
-#include <variant>
 
 #include "base/aside.hpp"
 #include "base/text.hpp"
@@ -86,6 +85,7 @@ Rig describe_rig(Instruments& instruments) {
   rig.probe_area = Area::from_si(info.fixture.probe_area_m2().value_or(0));
   rig.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   rig.specimen_least_m = info.specimen_least_m;
+  rig.specimen_free_m = info.specimen_free_m;
   rig.frame_stiffness_N_m = info.frame.stiffness_N_m;
   rig.force_class_percent = info.frame.force_class_percent;
   if (info.frame.start_gap_m) rig.start_gap = Length::from_si(*info.frame.start_gap_m);
@@ -107,6 +107,7 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
 void add_specimen(Rig& rig, const PreparedRun& run) {
   if (rig.compression_m || !run.specimen) return;
   rig.specimen_least_m = least_shortening(*run.specimen);
+  rig.specimen_free_m = free_shortening(*run.specimen);
   const Force most = Force::from_si(std::max(run.max_force_N, 1e-3));
   rig.compression_m = expected_compression(*run.specimen, most, rig.frame_stiffness_N_m);
 }

@@ -30,19 +30,6 @@ struct Looker final : LoadFrame::Listener {
   std::optional<Error> lost;
 };
 
-bool is_capacitance(LcrFunction function) {
-  switch (function) {
-    case LcrFunction::CsRs:
-    case LcrFunction::CsD:
-    case LcrFunction::CpRp:
-    case LcrFunction::CpD: return true;
-    case LcrFunction::RX:
-    case LcrFunction::ZThr:
-    case LcrFunction::ZThd: return false;
-  }
-  return false;
-}
-
 }  // namespace
 
 // Compares the mean of a few readings; the first one after new settings is ignored.

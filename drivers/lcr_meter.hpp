@@ -3,16 +3,13 @@
 // Drivers implement it, and simulators answer the drivers.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
-#include "base/correction_kind.hpp"
-#include "base/enum_words.hpp"
+#include "base/flags.hpp"
+#include "base/meter_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/task.hpp"
@@ -26,23 +23,6 @@ struct Identity {
   std::string text;  // the reply exactly as sent
   bool simulated = false;  // the instrument itself says so
 };
-
-// The impedance functions of the LCR-6000 dialect that the rig uses (reference manual: FUNCtion).
-// The words are the instrument's own.
-enum class LcrFunction { CpD, CpRp, CsD, CsRs, RX, ZThr, ZThd };
-template <>
-inline constexpr EnumWords<7> kWordsOf<LcrFunction>{"Cp-D", "Cp-Rp", "Cs-D", "Cs-Rs",
-                                                    "R-X",  "Z-thr", "Z-thd"};
-
-enum class Aperture { fast, medium, slow };
-template <>
-inline constexpr EnumWords<3> kWordsOf<Aperture>{"fast", "medium", "slow"};
-
-// bus: one conversion per request (*TRG), which is certainly newer than the request.
-// internal: the meter converts continuously and is polled (FETC?); fastest.
-enum class LcrTrigger { bus, internal };
-template <>
-inline constexpr EnumWords<2> kWordsOf<LcrTrigger>{"bus", "internal"};
 
 struct LcrSettings {
   LcrFunction function = LcrFunction::CpD;
@@ -75,15 +55,6 @@ struct LcrCapabilities {
   // (Pace::kLater and kEarlier).
   Duration found_later{}, found_earlier{};
 };
-
-namespace lcr_flag {
-constexpr std::uint32_t kPrimaryOverload = 1U << 0U;  // primary is NULL
-constexpr std::uint32_t kSecondaryOverload = 1U << 1U;  // secondary is NULL
-constexpr std::uint32_t kAfterResync = 1U << 2U;  // first reading after the line was resynchronised
-constexpr std::uint32_t kAfterSetUp = 1U << 3U;  // first reading after the driver repeated the
-                                                 // set-up, because the meter had become slow
-constexpr std::uint32_t kAfterGap = 1U << 4U;  // first reading after the meter was lost
-}  // namespace lcr_flag
 
 struct LcrReading {
   std::optional<double> primary;  // coherent SI: F for the C functions, ohm for R-X and Z

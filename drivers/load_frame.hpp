@@ -57,15 +57,6 @@ struct FrameLimits {
   bool operator==(const FrameLimits&) const = default;
 };
 
-namespace frame_flag {
-constexpr std::uint32_t kMoving = 1U << 0U;
-constexpr std::uint32_t kForceControl = 1U << 1U;
-constexpr std::uint32_t kForceOverload = 1U << 2U;  // beyond the load cell's range: force_N is
-                                                    // empty
-constexpr std::uint32_t kAfterGap = 1U << 3U;  // samples that the device sent before this one are
-                                               // missing
-}  // namespace frame_flag
-
 struct FrameSample {
   std::int64_t device_seq = 0;
   std::optional<double> device_time_s;

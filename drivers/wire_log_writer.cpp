@@ -13,7 +13,6 @@
 #include <map>
 #include <mutex>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 

@@ -4,13 +4,17 @@
 // payload.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
-#include <vector>
+#include <utility>
+
+#include "base/enum_words.hpp"
 
 namespace lcrig {
 
-// All kinds. Their names are the stored words, which are a format: never rename one.
+// All kinds. Their names are the stored words, which are a format: never rename one. `other` is a
+// word that the frame chose, or one that this version does not know.
 #define LCRIG_EVENT_KINDS                                                                         \
   step_begin, step_end, state, continues, mark, plan, watch, rest, drift, zero, contact,          \
       no_contact, stiffness, gap_stated, motion, overshoot, overshoot_exceeded, settings,         \
@@ -20,20 +24,30 @@ namespace lcrig {
       gap, garbled, repeated_samples, clock_step, device_clock_frozen, device_clock_rate,         \
       device_clock_jump, device_origin, device_watchdog, device_estop, device_drive_off,          \
       device_drive_fault, device_shield, device_extrapolated, motion_fault, lag, database_locked, \
-      database_moved, extrapolated, injected
-enum class EventKind {
-  LCRIG_EVENT_KINDS,
-  other  // a word that the frame chose, or one that this version does not know
-};
-
-std::string_view to_string(EventKind kind);
-std::vector<EventKind> all_event_kinds();  // without `other`
+      database_moved, extrapolated, injected, other
+enum class EventKind { LCRIG_EVENT_KINDS };
+#define LCRIG_TEXT_OF(...) #__VA_ARGS__
+#define LCRIG_TEXT(...) LCRIG_TEXT_OF(__VA_ARGS__)
+template <>
+inline constexpr auto kWordsOf<EventKind> = [] {
+  EnumWords<static_cast<std::size_t>(EventKind::other) + 1> words;
+  std::string_view rest = LCRIG_TEXT(LCRIG_EVENT_KINDS);
+  for (std::string_view& word : words) {
+    word = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(word.size() + 2, rest.size()));  // with the ", " behind the word
+  }
+  return words;
+}();
+#undef LCRIG_TEXT
+#undef LCRIG_TEXT_OF
+#undef LCRIG_EVENT_KINDS
 
 // A kind with its stored word. Only the word distinguishes the events of kind `other`.
 class EventName {
  public:
   EventName(EventKind kind) : kind_(kind), word_(to_string(kind)) {}
-  explicit EventName(std::string word);
+  explicit EventName(std::string word)
+      : kind_(parse_word<EventKind>(word).value_or(EventKind::other)), word_(std::move(word)) {}
 
   EventKind kind() const { return kind_; }
   const std::string& word() const { return word_; }

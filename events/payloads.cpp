@@ -2,7 +2,6 @@
 #include "events/payloads.hpp"
 
 #include <nlohmann/json.hpp>
-#include <type_traits>
 
 namespace lcrig {
 

@@ -3,13 +3,17 @@
 // for people. The writer of an event fills a struct; a reader gets the struct back.
 #pragma once
 
+#include <any>
 #include <concepts>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/meter_words.hpp"
 #include "base/result.hpp"
+#include "base/time.hpp"
 #include "events/event_kind.hpp"
 
 namespace lcrig {
@@ -115,7 +119,7 @@ struct SettingsEvent {
   std::optional<std::string> trigger;
   std::optional<double> conversion_time_s;
 
-  bool internal_trigger() const { return trigger == "internal"; }
+  bool internal_trigger() const { return trigger == to_string(LcrTrigger::internal); }
 };
 
 // The state that a new run needs to continue at the step that was interrupted. Written when a step
@@ -181,5 +185,29 @@ std::string to_json(const P& payload);
 // Errors: garbled, when `detail` is not a JSON object or lacks a field that the payload requires.
 template <EventPayload P>
 Result<P> from_json(std::string_view detail);
+
+// An event of a run on its way to the database and to the clients that watch. Every part of a run
+// makes events; the recorder stores them.
+struct RunEvent {
+  RunEvent() = default;
+  RunEvent(MonoTime at, EventName what, std::string step, std::string text)
+      : t(at), kind(std::move(what)), step_id(std::move(step)), detail(std::move(text)) {}
+  template <EventPayload P>
+  RunEvent(MonoTime at, std::string step, const P& what)
+      : t(at), kind(P::kKind), step_id(std::move(step)), detail(to_json(what)), payload_(what) {}
+  // The payload that it was made from; nullptr: it has another payload, or words only.
+  template <EventPayload P>
+  const P* as() const {
+    return std::any_cast<P>(&payload_);
+  }
+
+  MonoTime t;
+  EventName kind = EventKind::other;
+  std::string step_id;
+  std::string detail;  // the payload as JSON, or words for people
+
+ private:
+  std::any payload_;
+};
 
 }  // namespace lcrig

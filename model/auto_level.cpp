@@ -14,7 +14,7 @@
 namespace lcrig {
 namespace {
 
-// Fringe of the capacitor with the widest gap, relative to its C0.
+// Fringe field of the capacitor with the widest gap, relative to its C0.
 double fringe_size(const Specimen& s) {
   double worst = 0;
   for (const auto& capacitor : s.capacitors) {
@@ -69,9 +69,10 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
   return list;
 }
 
-constexpr double kHarder = 8;  // half as large cells take about this many times longer
+constexpr double kHarder = 8;  // cells of half the size take about this many times longer
 
-// Cheapest first. A level that cannot describe the faces drops out by its error estimate.
+// Lists the levels, the cheapest first. A level that cannot describe the faces is eliminated later,
+// by its error estimate.
 std::vector<LevelSettings> candidates(const Specimen& s) {
   std::vector<LevelSettings> list;
   const auto add = [&](Level level, int refinement) {
@@ -142,15 +143,15 @@ class LevelSearch {
   const std::optional<SearchTime>& patience_;
   double start_s_;
   double slowest_s_ = 0;  // seconds of the slowest rating
-  LevelSettings slowest_;  // and what it rated
+  LevelSettings slowest_;  // the setting that took them
   std::optional<std::pair<LevelSettings, ErrorEstimate>> last_;  // the coarser mesh, if it answered
-  std::optional<Level> without_answer_;  // the last level that has none at this pressure
+  std::optional<Level> without_answer_;  // last level that has no answer at this pressure
   std::string rejected_;
-  double least_ = std::numeric_limits<double>::infinity();  // error that some level can meet
-  std::string least_by_;  // that level, and the seconds in which it was found
+  double least_ = std::numeric_limits<double>::infinity();  // smallest error among the levels tried
+  std::string least_by_;  // the level with this error, and the seconds it took
 };
 
-// True when the coarser mesh has shown that a finer one of this level cannot help.
+// True if a coarser mesh has shown that a finer one of the same level cannot help.
 bool LevelSearch::hopeless(const LevelSettings& settings) const {
   if (settings.level == without_answer_) return true;
   if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
@@ -161,9 +162,9 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
   return e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0);
 }
 
-// Seconds that this mesh would take, if they do not fit into what is left. The first rating has
-// solved mesh 0 of both families, whatever it rated. It is always tried, because nothing says what
-// it will take.
+// The seconds that this mesh would take, if they exceed the time that is left. The first rating
+// solves mesh 0 of both families, whatever it rates. It is always tried, because nothing tells in
+// advance how long it takes.
 std::optional<double> LevelSearch::too_long(const LevelSettings& settings) const {
   if (!patience_ || rejected_.empty() || settings.level < Level::fem_linear) return std::nullopt;
   const int mesh = settings.mesh.refinement;

@@ -14,7 +14,7 @@
 
 namespace lcrig {
 
-// An effect that no level contains, and what it would change in delta C (or C0).
+// An effect that no level contains, and by how much it would change delta C (or C0).
 struct Omission {
   std::string effect;
   double relative_size = 0;
@@ -32,18 +32,22 @@ struct LevelChoice {
   std::vector<Omission> left_out;
 };
 
-// How long the search may take. The model has no clock, so the caller lends one; with it, a refusal
-// also says what the best level costs.
+// Relative tolerances of delta C, tried in this order. The first is finer than any measurement
+// here; the last still allows a comparison.
+inline constexpr double kUsefulTolerances[] = {1e-3, 1e-2, 0.1};
+
+// Limit of the time that a search may take. The model has no clock, so the caller lends one. A
+// refusal then also says how long the best level would take.
 struct SearchTime {
   double seconds = std::numeric_limits<double>::infinity();
   std::function<double()> seconds_now;
 };
 
-// Errors: the specimen is wrong, or no level meets the tolerance, or none does within the time.
-// The message names the best level, and what a finer one would cost.
+// Errors: the specimen is wrong; no level meets the tolerance, or none does so within the time. The
+// message names the best level and the cost of a finer one.
 Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure,
                                  const std::optional<SearchTime>& patience = std::nullopt);
-// The same, reusing what the estimator has already solved.
+// The same, but reuses what the estimator has already solved.
 Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
                                  const std::optional<SearchTime>& patience = std::nullopt);
 

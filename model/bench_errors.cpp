@@ -10,20 +10,20 @@ namespace lcrig {
 
 namespace {
 
-// Limits, all values between them alike.
+// Limits between which all values are equally likely.
 constexpr double kCellClass = 0.01;  // ISO 7500-1, class 1
 constexpr double kCellZero_N = 5e-3;  // left by a tare
 constexpr double kProbe = 2 * 0.02 / 4;  // area of a tip of 4 mm, turned to +-0.02 mm
 constexpr double kClock_ppm = 50;
 constexpr double kDrift_F_h = 50e-15;
-constexpr double kCreep = 0.01;  // of the load
-constexpr double kHysteresis = 0.01;  // of delta C
-constexpr double kHum_F = 0.2e-15;  // beat with the mains, of 5 to 10 s
+constexpr double kCreep = 0.01;  // share of the load
+constexpr double kHysteresis = 0.01;  // share of delta C
+constexpr double kHum_F = 0.2e-15;  // beat with the mains; its period is 5 to 10 s
 // Standard deviations.
-constexpr double kWalk_F = 0.02e-15;  // in a second; grows with the root of time
-constexpr double kFlicker_F = 0.1e-15;  // 1/f: in each octave of time constants
+constexpr double kWalk_F = 0.02e-15;  // after a second; grows with the root of time
+constexpr double kFlicker_F = 0.1e-15;  // 1/f noise: in each octave of time constants
 constexpr int kOctaves = 13;
-constexpr double kShortest_s = 0.2;  // time constant
+constexpr double kShortest_s = 0.2;  // shortest time constant
 constexpr double kOutlierShare = 0.002, kOutlier_F = 40e-15;
 
 constexpr std::uint64_t kSalt = 0x6c637269676572ULL;
@@ -56,8 +56,8 @@ BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope,
   meter_gain_ = meter_offset_ = cell_gain_ = cell_zero_N_ = probe_gain_ = clock_ppm_ = 0;
 }
 
-// The analysis divides by the area on the drawing: a tip that is larger acts as a cell that shows
-// more than there is.
+// The analysis divides by the area on the drawing. A tip that is larger therefore acts like a cell
+// that shows too much force.
 void BenchErrors::apply(PlantConfig& config) const {
   config.force_gain *= (1 + cell_gain_) * (1 + probe_gain_);
   config.force_tare_error_N += cell_zero_N_;
@@ -65,8 +65,8 @@ void BenchErrors::apply(PlantConfig& config) const {
   config.meter_gain_error += meter_gain_;
   config.meter_offset_error += meter_offset_;
   if (scope_ == ErrorScope::everything) return;
-  // Values that stay alike are taken for those of a frozen cell and for readings that are not
-  // fresh.
+  // Some noise must stay. Constant values would be taken for a frozen cell and for readings that
+  // are not fresh.
   config.force_noise_N = std::min(config.force_noise_N, config.force_resolution_N);
   for (double& noise_F : config.capacitance_noise_F) noise_F /= 10;
 }

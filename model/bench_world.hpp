@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The world behind a simulated bench: one specimen under a probe, shared by all instruments of the
-// bench. The simulated daemon, lcrig-sim and two benchmarks use it.
+// The world behind a simulated bench: one specimen under a probe, which all instruments of the
+// bench share. The simulated daemon, lcrig-sim and two benchmarks use it.
 #pragma once
 
 #include <functional>
@@ -17,9 +17,9 @@ namespace lcrig {
 class BenchWorld {
  public:
   // Tabulates the specimen from 0 to max_force at the cheapest level whose relative error in delta
-  // C is within `tolerance`, and mounts it as `mounting` says. With `scope` the bench errs as a
-  // real one, drawn from the mounting's seed, and what lasts from `rig_seed` where there is one.
-  // Errors: as choose_level and make_response.
+  // C is within `tolerance`, and mounts it according to `mounting`. With `scope` the bench has the
+  // errors of a real one, drawn from the mounting's seed. Lasting errors are drawn from `rig_seed`,
+  // if there is one. Errors: as choose_level and make_response.
   static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen, double tolerance,
                                                   Force max_force, PlantConfig mounting,
                                                   std::optional<ErrorScope> scope = {},
@@ -27,12 +27,12 @@ class BenchWorld {
 
   Plant& plant() { return plant_; }
   const Plant& plant() const { return plant_; }
-  // Values that the meter is shown at that instant: the plant's, with the errors of the bench.
+  // What the meter is shown at that instant: the plant's values with the errors of the bench.
   Electrical electrical(MonoTime t);
   const std::optional<BenchErrors>& errors() const { return errors_; }
   const LevelChoice& level() const { return level_; }
   const TabulatedResponse& response() const { return *response_; }
-  // Drive travel beyond contact that produces a force, m. The function may outlive the world.
+  // Drive travel beyond contact, m, that produces a force. The function may outlive the world.
   std::function<double(double force_N)> compression_m() const;
 
  private:

@@ -52,7 +52,7 @@ double bessel_bulge(double x) {
 double bonded_modulus_Pa(double mu, double nu, double shape_factor) {
   const double s2 = shape_factor * shape_factor;
   if (nu == 0) {
-    return 2 * mu;  // without lateral contraction the bond holds nothing
+    return 2 * mu;  // without lateral contraction the bond has no effect
   }
   const double m = (1 - 2 * nu) / (2 * nu);
   const double x = std::sqrt(48 * s2 * m / (1 + 2 * m));

@@ -9,8 +9,8 @@
 
 namespace lcrig {
 
-// 8/x^2 times I2(x)/I0(x), modified Bessel functions, x >= 0. It is 1 at 0 and falls like 8/x^2.
-// Nothing overflows and no difference is taken. Relative error below 1e-14.
+// 8/x^2 times I2(x)/I0(x) with modified Bessel functions, x >= 0. It is 1 at 0 and falls like
+// 8/x^2. Nothing overflows and no difference is taken. Relative error below 1e-14.
 double bessel_bulge(double x);
 
 // E_a, Pa. shape_factor S = radius/(2 thickness) > 0, poisson_ratio 0 to 0.5. At 0.5 the result is

@@ -39,7 +39,8 @@ Specimen bonded(Specimen s) {
 
 class Rows {
  public:
-  // Sensitivity of N capacitors in fF/kPa: a straight line from 0 to `to_kPa` in steps of 1 kPa.
+  // Adds the sensitivity of N capacitors in fF/kPa: a straight line from 0 to `to_kPa`, 1 kPa
+  // steps.
 
   void sensitivity(const char* target, std::size_t n, double paper, const LevelSettings& settings,
                    double to_kPa, const std::string& assumption, bool laminate = false) {
@@ -98,7 +99,7 @@ void add_t2(Rows& rows) {
   }
 }
 
-// The gains of T3, all from one field of the 1 mm block.
+// Adds the gains of T3, which all come from one field of the 1 mm block.
 void add_t3(Rows& rows, const char* how, Top top, ElectrodeArea area) {
   auto paper = paper_stack(1);
   if (!paper) return rows.note(paper.error());

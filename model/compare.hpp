@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's numbers beside ours. `lcrig model compare` prints them.
+// Compares the numbers of the paper with those of the model. `lcrig model compare` prints them.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,15 +16,14 @@ struct PaperComparison {
   std::string quantity;
   std::string unit;
   double paper = 0, model = 0;
-  std::string assumption;  // under which the model gives this number
-  bool reproduced = false;  // within 8 %, which is how far the paper's own numbers scatter
+  std::string assumption;  // the assumption under which the model gives this number
+  bool reproduced = false;  // within 8 %, the scatter of the paper's own numbers
 };
 
-// T1 to T5, each row computed now. If no assumption reproduces a target, its rows say so. Errors:
-// bug only.
+// Computes T1 to T5. If no assumption reproduces a target, its rows say so. Errors: only by a bug.
 Result<std::vector<PaperComparison>> compare_with_paper();
 
-// Errors and ambiguities of the paper, each with the correct form.
+// Errors and ambiguities of the paper, each with the corrected form.
 const std::vector<std::string_view>& paper_errata();
 
 nlohmann::json to_json(const std::vector<PaperComparison>& rows);

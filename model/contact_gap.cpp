@@ -11,7 +11,7 @@ class GapModel final : public LevelModel {
  public:
   GapModel(const Specimen& s, std::unique_ptr<LevelModel> model)
       : model_(std::move(model)), gap_(*s.contact_gap) {
-    const double scale = model_->c0_F() / s.c0_F();  // fringe of the inner level
+    const double scale = model_->c0_F() / s.c0_F();  // fringe factor of the inner level
     for (const auto& capacitor : s.capacitors) {
       inner_m_.push_back(s.dielectric_gap_m(capacitor) / scale);
     }
@@ -47,7 +47,7 @@ class GapModel final : public LevelModel {
   std::unique_ptr<LevelModel> model_;
   ContactGap gap_;
   double plate_F_m_ = 0;  // eps0 A
-  std::vector<double> inner_m_;  // electrical gap of each capacitor without the air
+  std::vector<double> inner_m_;  // electrical gap of each capacitor without the contact gap
 };
 
 }  // namespace

@@ -83,7 +83,7 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   }
   auto model = make_level_model(specimen, curve.settings);
   if (!model) return fail(model.error());
-  if (settings) {  // after the level has accepted the specimen, because an estimate can take long
+  if (settings) {  // last, because an estimate can take long and the level may refuse the specimen
     if (const auto estimate = estimate_error(specimen, *settings, highest)) {
       curve.error_estimate = estimate->relative;
       curve.lost_beyond = estimate->lost_beyond;

@@ -20,20 +20,20 @@ Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text);
 
 struct ModelPoint {
   double pressure_Pa = 0, capacitance_F = 0, delta_capacitance_F = 0, shortening_m = 0;
-  bool extrapolated = false;  // finite strain, which rates the level, has no solution here
+  bool extrapolated = false;  // finite strain, which serves to rate the level, has no solution here
 };
 
 struct Curve {
   LevelSettings settings;
-  // Relative, of delta C at the last pressure that is not extrapolated. Empty when the level is too
-  // far off to be rated.
+  // Relative, of delta C at the last pressure that is not extrapolated. Empty when the error of the
+  // level is too large to be estimated.
   std::optional<double> error_estimate;
   std::optional<Pressure> lost_beyond;  // as in LevelChoice or ErrorEstimate
-  std::optional<LevelChoice> choice;  // when the level was chosen here
+  std::optional<LevelChoice> choice;  // if calc_curve chose the level
   std::vector<ModelPoint> points;
 };
 
-// With `settings` empty it takes the cheapest level within `tolerance`. Errors: as choose_level and
+// Without `settings` it takes the cheapest level within `tolerance`. Errors: as choose_level and
 // the level itself; the message names the pressure.
 Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSettings>& settings,
                          double tolerance, const std::vector<Pressure>& pressures,

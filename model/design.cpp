@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sum of 1/t over {sum t = total, t >= least} is convex, so its maximum is a vertex: all layers but
-// one have the least thickness. With free faces it does not matter which one is thick. With a
+// The sum of 1/t over {sum t = total, t >= least} is convex, so its maximum is a vertex: all layers
+// but one have the least thickness. With free faces it does not matter which one is thick. With a
 // bonded base the position matters, because layers near the base hardly strain. Between films, thin
-// layers are stiffer. In these two cases a vertex need not be best, so every partition on a grid is
-// tried.
+// layers are stiffer. In these two cases a vertex need not be the best, so every partition on a
+// grid is tried.
 #include "model/design.hpp"
 
 #include <fmt/format.h>
@@ -79,7 +79,7 @@ Result<> check(const DesignRequest& r) {
   return check_specimen(block_of(r, {total}));
 }
 
-// How partitions are rated at a pressure, and what one layer adds at zero pressure.
+// How partitions are rated at a pressure, and what a single layer contributes at zero pressure.
 struct Rating {
   std::string method;
   Evaluate evaluate;
@@ -97,7 +97,7 @@ Evaluate closed_form(const DesignRequest& r, Level level) {
   };
 }
 
-// One factorization serves every partition, because all layers share one field.
+// One factorization serves every partition, because the field does not depend on the cuts.
 Result<Rating> rate_bonded_base(const DesignRequest& r) {
   auto field = FemLinear::make(block_of(r, {r.total.si()}), LevelSettings{});
   if (!field) return fail(field.error());
@@ -165,7 +165,7 @@ bool same(const Partition& a, const Partition& b, double total_m) {
   return worst < 1e-6 * total_m;
 }
 
-// Searches all partitions. What it finds joins the list unless it is there already.
+// Searches all partitions. The best one joins the list unless it is already there.
 void search(const DesignRequest& r, const Rating& rating, Design& design,
             std::vector<std::pair<std::string, Partition>>& partitions) {
   const auto found =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The best partition of a soft block into capacitors. `lcrig model design` prints it.
+// Finds the best partition of a soft block into capacitors. `lcrig model design` prints it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -20,7 +20,7 @@ struct DesignRequest {
   Faces faces = Faces::bonded_base;
   Top top = Top::pressure;
   Material material{"PDMS", 2.75, false, 200e3, 0.49, {}};
-  Pressure max_pressure = Pressure::from_si(100e3);  // for the fitted sensitivity
+  Pressure max_pressure = Pressure::from_si(100e3);  // end of the range of the fitted sensitivity
 };
 
 struct DesignOption {
@@ -28,15 +28,15 @@ struct DesignOption {
   std::vector<double> thickness_m;  // base to top
   double c0_F = 0;
   double initial_F_Pa = 0;  // sensitivity at zero pressure
-  // straight line through 11 points up to max_pressure; 0: a point cannot be solved
+  // straight line through 11 points up to max_pressure; 0: one of them cannot be solved
   double fitted_F_Pa = 0;
-  double gain = 0;  // initial sensitivity over that of equal layers, minus 1
+  double gain = 0;  // initial sensitivity over that of equal layers, less 1
 };
 
 struct Design {
   std::vector<DesignOption> options;  // best first
-  std::string method;  // closed form or computation, and why
-  // step of the grid of which every partition was tried; 0: the closed form needs no search
+  std::string method;  // closed form or computation, and the reason for it
+  // step of the grid on which every partition was tried; 0: the closed form needs no search
   double search_grid_m = 0;
 };
 

@@ -9,11 +9,11 @@
 namespace lcrig {
 namespace {
 
-// rounding of `hyperelastic`, which is exact with free faces
+// rounding error of `hyperelastic`, which is exact with free faces
 constexpr double kOneDimensional = 1e-13;
-constexpr int kRatingMesh = 0;  // mesh of the better level that rates the others
-constexpr int kMostRetreats = 4;  // to smaller loads, after a solution was lost
-// of the pressure asked for; an answer for less does not rate it
+constexpr int kRatingMesh = 0;  // mesh of the better level by which the others are rated
+constexpr int kMostRetreats = 4;  // tries with smaller loads after a solution was lost
+// share of the requested pressure; a solution for less says nothing about it
 constexpr double kLeastShare = 1e-3;
 
 bool has_mesh(Level level) {
@@ -29,10 +29,10 @@ LevelSettings on_mesh(LevelSettings settings, Level level, int refinement, bool 
   return settings;
 }
 
-// The members of a family that show the limit of one mesh, from coarse to fine. With mild corners,
-// where a single step scatters, they are four, or as many as there are. At small strain each is
-// half as fine as the next where the family goes that far down: the two coarser ones cost a third
-// of the finest, where neighbours would cost as much as it does.
+// The members of a family from which the limit of one mesh is estimated, from coarse to fine. With
+// mild corners a single step scatters, so there are four of them, or as many as exist. At small
+// strain each is half as fine as the next, where the family goes down that far. The two coarser
+// ones then cost a third of the finest; direct neighbours would cost as much as the finest does.
 std::vector<int> members_to(int refinement, bool mild) {
   if (!mild) {
     const int middle = std::max(refinement - 2, kCoarsestMember + 1);
@@ -65,8 +65,8 @@ double at_most(double value, double truth, double doubt) {
 
 }  // namespace
 
-// A contact gap is not strain: its contribution is known exactly, so the errors are those of the
-// stack without it.
+// A contact gap is not strain, and its contribution is known exactly. The errors are therefore
+// those of the stack without it.
 ErrorEstimator::ErrorEstimator(const Specimen& specimen) : specimen_(specimen) {
   specimen_.contact_gap.reset();
 }
@@ -129,8 +129,8 @@ Result<MeshLimit> ErrorEstimator::mesh_limit(const LevelSettings& settings, Pres
   return limit_of(values, sequence_of(members, mild));
 }
 
-// The ratio of finite to small strain, as the limit over the same coarse meshes. The errors that
-// both have on these meshes cancel.
+// The ratio of finite to small strain, as the limit over the same coarse meshes. Errors that both
+// have on these meshes cancel.
 Result<MeshLimit> ErrorEstimator::finite_share(const LevelSettings& settings, Pressure pressure) {
   const auto members = members_to(kRatingMesh, true);
   std::vector<double> ratios;
@@ -141,8 +141,8 @@ Result<MeshLimit> ErrorEstimator::finite_share(const LevelSettings& settings, Pr
     if (!linear) return fail(linear.error());
     ratios.push_back(*linear != 0 ? *finite / *linear : 1);
   }
-  // A quotient of two answers has no order that the grading would give it, so the doubt counts on
-  // what the family promises.
+  // The order of a quotient of two answers does not follow from the grading, so the doubt relies
+  // only on the order that every family guarantees.
   MeshSequence sequence = sequence_of(members, true);
   sequence.orders.least = kLeastOrder;
   return limit_of(ratios, sequence);

@@ -15,7 +15,7 @@ bool is_soft_block(const Specimen& s, const Block& block) {
 
 // A soft sheet between stiff faces. SI.
 struct Sheet {
-  double thickness, shear, confined;  // m, Pa, Pa; confined is M = lambda + 2 mu, huge at nu = 0.5
+  double thickness, shear, confined;  // m, Pa, Pa; confined: M = lambda + 2 mu, huge at nu = 0.5
   double pressure_length;  // m
 };
 
@@ -28,8 +28,8 @@ Sheet sheet_of(const Specimen& s, const Block& block) {
   return {t, mu, mu * ratio, std::sqrt(ratio / 12) * t};
 }
 
-// A film bends over (4 D t/M)^1/4 where the sheet yields like springs. Within the sheet's pressure
-// length the sheet yields by flowing sideways, and the film bends over (D t^3/12 mu)^1/6.
+// Where the sheet yields like springs, a film bends over (4 D t/M)^1/4. Within its pressure length
+// the sheet yields by flowing sideways, and the film bends over (D t^3/12 mu)^1/6.
 double bending_length_m(const Specimen& s, const Block& film, const Sheet& sheet) {
   const Material& m = s.materials[film.material];
   const double h = film.z1 - film.z0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Divides a stack into blocks that are one continuum each, and gives the lengths over which their
-// fields change. The mesh of the finite-element levels is built from them.
+// fields change. The mesh of the finite-element levels is built from both.
 #pragma once
 
 #include <cstddef>
@@ -19,9 +19,9 @@ struct Block {
 };
 std::vector<Block> find_blocks(const Specimen& specimen);
 
-// How far from the rim (m) those boundary layers reach that are longer than the layers are thick:
-// the pressure of each bonded sheet, and the bending of each film on it. Lengths over half of the
-// radius are left out, because they are no boundary layers. docs/model.md, "Meshes".
+// Reach from the rim, m, of the boundary layers that are longer than the layers are thick: the
+// pressure of each bonded sheet, and the bending of each film on it. Lengths over half of the
+// radius are left out, because they are not boundary layers. docs/model.md, "Meshes".
 std::vector<double> decay_lengths_m(const Specimen& specimen, const std::vector<Block>& blocks);
 
 // Thickness of the thinnest soft block, m; huge when there is none.

@@ -10,9 +10,9 @@
 
 namespace lcrig {
 
-// Change of each capacitor, F, computed from the thickness changes themselves. u is by equation and
-// is multiplied by `scale`, because linear problems are solved once for unit pressure. Errors: a
-// layer has closed somewhere.
+// Change of each capacitor, F, computed from the changes of thickness. u is by equation. It is
+// multiplied by `scale`, because linear problems are solved once for unit pressure. Errors: a layer
+// has closed somewhere.
 Result<std::vector<double>> capacitance_changes(
     const StackSpace& space, const std::vector<StackSpace::Capacitor>& capacitors,
     const std::vector<double>& u, double scale, ElectrodeArea area);

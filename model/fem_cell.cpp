@@ -11,7 +11,7 @@ namespace lcrig {
 namespace {
 
 constexpr int kPoints = 9;
-// A value for each node, by fours; the last three are zero.
+// One value for each node, in groups of four; the last three are zero.
 constexpr std::size_t kPaddedNodes = 12;
 using Nodes = std::array<double, kPaddedNodes>;
 
@@ -165,7 +165,7 @@ void add_coupling(const Point& pt, const Strain& s, const Pair& y, const double 
   }
 }
 
-// Rows and columns by component, then node. Only columns up to a row's own node count.
+// Rows and columns by component, then node. Only the columns up to a row's own node are valid.
 struct Tangent {
   Nodes rr[kCellNodes]{}, rz[kCellNodes]{}, zr[kCellNodes]{}, zz[kCellNodes]{};
 };
@@ -216,7 +216,7 @@ double shear_energy(const Point& p, const Strain& s, double mu) {
   return mu / 2 * (trace - 2 * s.log_j);
 }
 
-// All integration points of a cell, and the integrals that decide the pressure.
+// All integration points of a cell, and the integrals that determine the pressure.
 struct Points {
   Point at[kPoints];
   Strain strain[kPoints];
@@ -269,7 +269,7 @@ Small gain_of(const Small& mass, const ElasticLaw& law) {
 }
 
 void write_forces(const Pair& force, const Coupling& coupling, CellResult& out) {
-  std::array<double, kCellPressures> missing{};  // pressure that the volumes lack
+  std::array<double, kCellPressures> missing{};  // pressure that corresponds to the missing volume
   for (std::size_t k = 0; k < kCellPressures; ++k) missing[k] = dot(out.gain[k].data(), out.lack);
   for (std::size_t a = 0; a < kCellNodes; ++a) {
     for (std::size_t k = 0; k < kCellPressures; ++k) {

@@ -21,23 +21,24 @@ struct CellGeometry {
 struct CellResult {
   std::array<std::array<double, kCellDofs>, kCellDofs> stiffness;  // condensed, N/m; full square
   std::array<double, kCellDofs> force;  // internal nodal force, N
-  std::array<double, kCellDofs> condensed_force;  // N, pressure eliminated
+  std::array<double, kCellDofs> condensed_force;  // N, with the pressure eliminated
   // For the pressure increment: dp = gain (coupling^T du + lack).
   std::array<std::array<double, kCellPressures>, kCellDofs> coupling;
   std::array<double, kCellPressures> lack;  // residual of the volume equations, m3
   std::array<std::array<double, kCellPressures>, kCellPressures> gain;
   double lack_scale;  // size of the terms that `lack` is the difference of, m3
   double min_j;  // smallest volume ratio
-  double energy;  // J; `force` and `lack` are its derivatives
+  double energy;  // J; `force` and `lack` are derivatives of it
 };
 
-// The energy is that of neo-Hooke form A, with the pressure as a field of its own,
+// The energy is that of neo-Hooke form A, with the pressure as a separate field,
 //   W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda),
-// so nu = 0.5 (1/lambda = 0) is no special case and nothing locks.
+// so nu = 0.5 (1/lambda = 0) is not a special case and nothing locks.
+//
 // Fills `out` at displacements u and pressures p. For a nearly incompressible material (1/lambda
-// below 1e-7/mu) condensing would lose its digits, so `gain` is that of 1e-7/mu; repeated steps
-// still drive `lack` to zero. Returns false, and `out` is useless, when an integration point is
-// turned inside out.
+// below 1e-7/mu) condensing would lose digits, so `gain` is that of 1e-7/mu; repeated steps still
+// drive `lack` to zero. Returns false when an integration point is turned inside out; `out` is then
+// useless.
 bool evaluate_cell(const CellGeometry& cell, const ElasticLaw& law,
                    const std::array<double, kCellDofs>& u,
                    const std::array<double, kCellPressures>& p, CellResult& out);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cell of small strain whose inner nodes are eliminated. No other cell has them, so this is done
-// once for all cells that are alike. Used by LinearSystem.
+// A cell of small strain with its inner nodes eliminated. Other cells do not share these nodes, so
+// the elimination is done once for all cells that are alike. Used by LinearSystem.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace lcrig {
 
-// The displacements of a cell by place in LinearCell: first those of inner nodes, then the others.
+// The displacements of a cell, by their place in LinearCell: those of inner nodes first.
 struct CellOrder {
   std::vector<std::size_t> all;
   std::size_t inner = 0;
@@ -25,8 +25,9 @@ class CondensedCell {
   bool valid() const { return valid_; }  // false when a pivot is zero or not a number
   // Stiffness left for the outer displacements: lower triangle by rows.
   const double* stiffness() const { return outer_.data(); }
-  // In the order of CellOrder, padded with zeros to padded(): subtracts from outer forces what the
-  // inner ones add, and later finds the inner displacements for the outer ones.
+  // Both take vectors in the order of CellOrder, padded with zeros to padded(). forward() subtracts
+  // from the outer forces what the inner ones contribute. backward() then finds the inner
+  // displacements from the outer ones.
   void forward(double* x) { solve_forward(inner_part(nullptr), x); }
   void backward(double* x) { solve_backward(inner_part(nullptr), x); }
   std::size_t padded() const { return FrontMatrix::padded(size_); }
@@ -35,7 +36,7 @@ class CondensedCell {
   FrontMatrix inner_part(double* rest) { return {size_, inner_, columns_.data(), rest}; }
 
   std::size_t size_, inner_;
-  std::vector<double> columns_;  // of L, of the inner displacements
+  std::vector<double> columns_;  // columns of L for the inner displacements
   std::vector<double> outer_;
   bool valid_ = false;
 };

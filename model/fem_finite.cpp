@@ -13,15 +13,15 @@
 namespace lcrig {
 namespace {
 
-// smaller steps only where needed, larger ones where it goes well
+// number of first steps; later ones are smaller where needed and larger where possible
 constexpr double kFirstSteps = 8;
-// A step below both means that the solution is lost. They are shares of the load reached and of the
-// load asked for.
+// A step smaller than both means that the solution is lost. The first is a share of the load
+// reached so far, the second of the requested load.
 constexpr double kLeastStep = 1.0 / 32, kLeastStart = 1.0 / 4096;
-// Newton's iterations from the solution of a coarser mesh. Good starts take four; a long search may
-// end on another branch.
+// Limit of Newton's iterations from the solution of a coarser mesh. Good starts take four, and a
+// long search may end on another branch.
 constexpr int kMostFromCoarser = 6;
-constexpr std::size_t kMostKept = 40;  // converged loads
+constexpr std::size_t kMostKept = 40;  // converged loads that are kept
 constexpr int kMostSecants = 60;
 constexpr double kSameLoad = 1e-9;  // relative; as exact as Newton's method is
 
@@ -54,9 +54,9 @@ void FemFinite::start_from(LevelModel& coarser) {
   coarser_ = dynamic_cast<FemFinite*>(&coarser);
 }
 
-// Extrapolates along the line through the two known loads nearest to the one asked for. A parabola
+// Extrapolates along the line through the two known loads nearest to the requested one. A parabola
 // through three is a worse start, because the corner cells do not follow it. With a coarser mesh,
-// what is extrapolated is the difference to its solution.
+// the difference to the coarser solution is extrapolated.
 FemState FemFinite::guess(double pressure_Pa, bool from_coarser) const {
   std::vector<std::pair<double, const FemState*>> near;
   near.reserve(known_.size());
@@ -130,7 +130,7 @@ double FemFinite::last_below(double pressure_Pa) const {
   return std::prev(known_.upper_bound(pressure_Pa))->first;
 }
 
-// Goes up in load steps, of `step` at first.
+// Goes up in load steps. `step` is the first one.
 bool FemFinite::climb(double pressure_Pa, double step, bool from_coarser) {
   double from = last_below(pressure_Pa);
   while (from < pressure_Pa) {
@@ -151,7 +151,7 @@ bool FemFinite::climb(double pressure_Pa, double step, bool from_coarser) {
 Result<> FemFinite::reach(double pressure_Pa) {
   if (known_.contains(pressure_Pa)) return {};
   if (coarser_ != nullptr && climb(pressure_Pa, pressure_Pa, true)) return {};
-  // Not in a single step, even if Newton's method could do it: it might land on another branch.
+  // Not in a single step, even if Newton's method could take it: it might land on another branch.
   if (climb(pressure_Pa, pressure_Pa / kFirstSteps, false)) return {};
   lost_Pa_ = std::min(lost_Pa_, pressure_Pa);
   return fail(Errc::invalid_request,
@@ -185,9 +185,9 @@ Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
               true_Pa / 1e3);
 }
 
-// Finds the dead pressure of a true pressure. The face grows under load, so the search goes upwards
-// from the true pressure to a bracket, which is then closed by regula falsi with the Illinois
-// weights.
+// Finds the dead pressure that belongs to a true pressure. The face grows under load, so the search
+// goes upwards from the true pressure until it has a bracket. Regula falsi with the Illinois
+// weights then closes the bracket.
 Result<double> FemFinite::dead_of(double true_Pa) {
   if (kind_ == PressureKind::dead || true_Pa == 0) return true_Pa;
   double low = 0, low_error = -true_Pa, high = true_Pa;
@@ -222,10 +222,8 @@ std::optional<Pressure> FemFinite::last_converged() const {
 }
 
 Result<StackState> FemFinite::at_pressure(Pressure pressure) {
+  if (auto ok = check_pressure(pressure); !ok) return fail(ok.error());
   const double p = pressure.si();
-  if (!std::isfinite(p) || p < 0) {
-    return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)", p);
-  }
   const auto dead = dead_of(p);
   if (!dead) return fail(dead.error());
   if (auto ok = reach(*dead); !ok) return fail(ok.error());

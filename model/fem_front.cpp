@@ -11,14 +11,14 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kTileColumns = 4;
-constexpr std::size_t kPanel = 16;  // columns whose products with earlier ones are taken at once
+constexpr std::size_t kPanel = 16;  // columns that are multiplied with earlier ones together
 
 struct Columns {
   double* data;
   std::size_t stride;
 };
 
-// c -= a b^T for one tile of c; a has its rows and b its columns.
+// c -= a b^T for one tile of c. `a` holds its rows and `b` its columns.
 void wide_tile(Columns c, Columns a, Columns b, std::size_t depth) {
   Four s00{}, s01{}, s02{}, s03{}, s10{}, s11{}, s12{}, s13{};
   for (std::size_t k = 0; k < depth; ++k) {
@@ -54,7 +54,7 @@ void narrow_tile(Columns c, Columns a, Columns b, std::size_t depth) {
   four(c.data + 4) -= lower;
 }
 
-// The columns first to end of c -= a b^T, on and below the diagonal, down to row `size`.
+// Columns first to end of c -= a b^T, on and below the diagonal, down to row `size`.
 void subtract_product(Columns c, Columns a, Columns b, std::size_t first, std::size_t end,
                       std::size_t size, std::size_t depth) {
   const auto at = [](Columns m, std::size_t row, std::size_t column) {
@@ -103,7 +103,7 @@ double eliminate_in(const FrontMatrix& m, double* scratch) {
   return least;
 }
 
-// The first row after the diagonal from which the columns are taken by fours.
+// The first row below the diagonal from which on columns are processed in groups of four.
 std::size_t first_four(std::size_t diagonal) {
   return (diagonal + 4) / 4 * 4;
 }
@@ -116,8 +116,8 @@ void forward_one(const FrontMatrix& m, std::size_t j, double* x) {
   for (std::size_t i = begin; i < m.padded(); i += 4) four(x + i) -= four(column + i) * value;
 }
 
-// Four columns at once, the first of which is a multiple of four, so that x is read and written
-// once for them.
+// Processes four columns at once, of which the first is a multiple of four. x is then read and
+// written only once for all of them.
 void forward_four(const FrontMatrix& m, std::size_t j, double* x) {
   const double *a = m.column(j), *b = m.column(j + 1), *c = m.column(j + 2), *d = m.column(j + 3);
   x[j + 1] -= a[j + 1] * x[j];

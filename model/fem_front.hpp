@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dense elimination in one front of FrontalSolver. Nearly all of the work of the finite-element
-// levels is here.
+// Dense elimination in one front of FrontalSolver; CondensedCell uses it, too. Nearly all work of
+// the finite-element levels happens here.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace lcrig {
 
-// Rows of a tile. Tiles are whole, so some of them reach into the padding of a column.
+// Rows of a tile. Tiles are always whole, so some of them reach into the padding of a column.
 inline constexpr std::size_t kTileRows = 8;
 
-// A symmetric matrix by columns, of which only the lower triangle counts; above it is anything. The
-// first columns will be eliminated. Their padding is zero.
+// A symmetric matrix by columns. Only the lower triangle is valid; values above it are arbitrary.
+// The first columns are to be eliminated, and their padding is zero.
 struct FrontMatrix {
   std::size_t size, eliminated;
   double* first;  // the columns to be eliminated, each padded() long
@@ -31,13 +31,14 @@ struct FrontMatrix {
 };
 
 // Replaces the first columns by those of L, with D on the diagonal, and the rest by what the
-// elimination leaves of it. Reads up to kTileRows behind the first columns. `scratch` has room for
-// the first columns. Returns the smallest pivot; nothing, and the matrix is
-// useless, when one is zero or not a number.
+// elimination leaves of it. Reads up to kTileRows beyond the first columns. `scratch` must hold the
+// first columns. Returns the smallest pivot. Returns nothing, and the matrix is useless, when a
+// pivot is zero or not a number.
 std::optional<double> eliminate(const FrontMatrix& matrix, double* scratch);
 
-// With the columns of L that eliminate() made: subtracts what the first unknowns add to the others,
-// and the reverse, where it also divides by D. x is padded with zeros, as the columns are.
+// Both use the columns of L that eliminate() made. The first subtracts what the first unknowns
+// contribute to the others. The second does the reverse and also divides by D. x is padded with
+// zeros, as the columns are.
 void solve_forward(const FrontMatrix& matrix, double* x);
 void solve_backward(const FrontMatrix& matrix, double* x);
 

@@ -15,8 +15,8 @@
 
 namespace lcrig {
 
-// Linear elasticity. It is solved once, for unit pressure; every other pressure is a sum over the
-// same field, and so is every partition of a block of one material.
+// Linear elasticity. It is solved once, for unit pressure. Every other pressure scales this field,
+// and every partition of a block of one material uses it.
 class FemLinear final : public LevelModel {
  public:
   static Result<std::unique_ptr<FemLinear>> make(const Specimen& specimen,
@@ -26,9 +26,9 @@ class FemLinear final : public LevelModel {
   // The same block cut into other capacitors, with thicknesses from base to top in m. Errors: the
   // specimen is not one block of one soft material, or the sum is not the block's thickness.
   Result<StackState> at_pressure(Pressure pressure, const std::vector<double>& partition_m);
-  // Volume that the plane at a height (m, base 0) sweeps downwards, m3 per Pa. A layer adds to the
-  // sensitivity eps times the difference of this volume between its faces, divided by the square of
-  // its thickness.
+  // Volume that the plane at a height (m, base 0) sweeps downwards, m3 per Pa. The contribution of
+  // a layer to the sensitivity is eps times the difference of this volume between its two faces,
+  // divided by the square of its thickness.
   double swept_volume_m3_Pa(double height_m);
   const LinearSystem::Report& report() const { return report_; }
   int unknowns() const { return space_.equations(); }
@@ -50,7 +50,7 @@ class FemLinear final : public LevelModel {
 
 // Finite strain, neo-Hooke form A. Loads are reached in steps as large as Newton's method can take.
 // Converged loads are kept as starting points for the next ones. The load is vertical and uniform
-// over the reference area; true pressure is that force over the current area of the uppermost soft
+// over the reference area. True pressure is that force over the current area of the uppermost soft
 // face.
 class FemFinite final : public LevelModel {
  public:
@@ -74,7 +74,7 @@ class FemFinite final : public LevelModel {
         kind_(settings.pressure_kind),
         c0_F_(c0_F),
         system_(space_) {}
-  // Pressures are dead pressures. from_coarser: there is a coarser mesh, to start from.
+  // Pressures are dead pressures. from_coarser: start from the solution on a coarser mesh.
   FemState guess(double pressure_Pa, bool from_coarser) const;
   FemState coarse_state(double pressure_Pa) const;
   bool step_from_coarser(double pressure_Pa);
@@ -96,7 +96,7 @@ class FemFinite final : public LevelModel {
   double c0_F_;
   FemSystem system_;
   std::map<double, FemState> known_;  // by dead pressure, Pa
-  double lost_Pa_ = std::numeric_limits<double>::infinity();  // the least load not reached
+  double lost_Pa_ = std::numeric_limits<double>::infinity();  // the lowest load not reached
   FemFinite* coarser_ = nullptr;
   int iterations_ = 0;
   FemSystem::Newton report_;

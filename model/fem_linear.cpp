@@ -10,17 +10,7 @@
 #include "model/gauss.hpp"
 
 namespace lcrig {
-namespace {
-
-Result<> check_pressure(Pressure pressure) {
-  if (!std::isfinite(pressure.si()) || pressure.si() < 0) {
-    return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)",
-                pressure.si());
-  }
-  return {};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Result<std::unique_ptr<FemLinear>> FemLinear::make(const Specimen& specimen,
                                                    const LevelSettings& settings) {

@@ -160,7 +160,7 @@ int volumes_of(const LinearCell* cell, const double* u, double widened, double* 
   return 0;
 }
 
-// The shear is symmetric and known by its lower triangle.
+// The shear matrix is symmetric, and only its lower triangle is stored.
 int forces_of(const LinearCell* cell, const double* u, double widened, const double* pressures,
               double* forces) {
   const double *row = cell->shear.data(), *coupling = cell->coupling.data();

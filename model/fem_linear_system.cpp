@@ -12,17 +12,17 @@
 namespace lcrig {
 namespace {
 
-// Stiff thin cells high in the stack move a long way as a whole, and the last digit of their
-// displacement is already a force. So it is not the residual that must be small but the work of the
-// last step: a step with this share of the load's work moves nothing by more than the square root
-// of it, in the energy norm.
+// A stiff thin cell high in the stack moves far as a whole, and the last digit of its displacement
+// already means a force. Convergence is therefore judged by the work of the last step and not by
+// the residual. A step with this share of the load's work moves nothing by more than the square
+// root of it, in the energy norm.
 constexpr double kLeastWork = 1e-18;
-// When the steps stop doing less work than the one before, below this, only rounding is left.
+// Below this work only rounding is left once a step does not do less work than the one before.
 constexpr double kRoundingWork = 1e-13;
 constexpr double kSameHeight = 1e-12;  // heights of rows that differ by rounding
 constexpr int kMostSolves = 12;
 constexpr std::size_t kMostDofs = 2 * kMostNodes * kMostNodes;
-constexpr std::size_t kMostPressures = (kMostDegree * (kMostDegree + 1) / 2 + 3) / 4 * 4;
+constexpr std::size_t kPaddedPressures = (kMostDegree * (kMostDegree + 1) / 2 + 3) / 4 * 4;
 constexpr std::size_t kMostPadded = (kMostDofs + kTileRows - 1) / kTileRows * kTileRows;
 
 double product(const std::vector<double>& a, const std::vector<double>& b) {
@@ -129,7 +129,7 @@ void LinearSystem::evaluate(const std::vector<double>& u) {
   add_volumes(u, lack_);
   residual_ = space_.unit_load();
   std::array<double, kMostDofs> local, force;
-  std::array<double, kMostPressures> pressure;
+  std::array<double, kPaddedPressures> pressure;
   for (std::size_t cell = 0; cell < kind_.size(); ++cell) {
     const LinearCell& kind = kinds_[kind_[cell]];
     const double widened = gather(u, cell, local.data());
@@ -230,7 +230,7 @@ LinearSystem::Balance LinearSystem::balance(const std::vector<double>& u) {
   evaluate(u);
   double lack = 0, scale = 0;
   std::array<double, kMostDofs> local, force;
-  std::array<double, kMostPressures> missing;
+  std::array<double, kPaddedPressures> missing;
   const std::array<double, kMostDofs> still{};
   for (std::size_t cell = 0; cell < kind_.size(); ++cell) {
     const LinearCell& kind = kinds_[kind_[cell]];

@@ -9,25 +9,25 @@
 namespace lcrig {
 namespace {
 
-// The distance from a corner grows like s^q over evenly divided s. With q above the degree over
-// twice the exponent of the corner, which is at least a half, corners would converge as fast as
-// smooth regions do; with four they keep up with cells of degree four where it matters.
+// The distance from a corner grows like s^q over evenly divided s. If q exceeds the degree over
+// twice the exponent of the corner (at least a half), corners converge as fast as smooth regions.
+// With q = 4 they keep up with cells of degree four where it matters.
 constexpr double kGrading = 4;
-// For finite strain: a corner folds over at a load that falls with the size of its cells, so
+// For finite strain. A corner folds over at a load that falls with the size of its cells, so
 // smaller cells lose more than they gain.
 constexpr double kMildGrading = 2, kMildRadialGrading = 3;
 
-// Sizes of the coarsest member. They set what a mesh costs, not how fast the family converges.
-// Radial cells of a mild mesh alone, without boundary layers.
+// The following sizes of the coarsest member determine the cost of a mesh but not how fast the
+// family converges. Radial cells of a mild mesh without its boundary layers.
 constexpr double kMildRadialCells = 3;
-// Cells for each factor e of the distance from the rim, beyond the half thickness of a layer, for
-// each of the cells within it, times the exponent of the grading.
+// Number of cells for each factor e of the distance from the rim, beyond the half thickness of a
+// layer. It is relative to the number of cells within that half, times the exponent of the grading.
 constexpr double kCellsPerFold = 0.75;
 // Cells per length of a boundary layer, up to this many lengths from the rim.
 constexpr double kCellsPerLength = 0.5, kMildCellsPerLength = 0.25;
 constexpr double kLengths = 4;
 
-// Cells of a member for one of the coarsest mild one, or for two of the coarsest one.
+// Cells of a member that replace one of the coarsest mild member, or two of the coarsest other one.
 int fineness(int refinement, bool mild) {
   const int at = refinement - kCoarsestMember;
   return mild ? 1 << at : (at % 2 == 0 ? 2 : 3) << at / 2;
@@ -39,8 +39,8 @@ int members(double of_the_coarsest, const MeshStyle& style) {
          fineness(style.refinement, style.mild_corners);
 }
 
-// Rows of a soft block of the coarsest member. A single block has more: it costs little and has all
-// the error to itself. With mild corners it does not, because the cells would fold over early.
+// Rows of a soft block in the coarsest member. A single block has more: it costs little and has all
+// the error to itself. With mild corners it has one, because its cells would fold over early.
 double soft_rows(const MeshStyle& style) {
   if (style.mild_corners) return 1;
   return style.alone ? 4 : 2;
@@ -65,9 +65,9 @@ double for_lengths(double density, double distance, const MeshStyle& style) {
   return density;
 }
 
-// Cells of the coarsest member per m, at a distance from the rim. Close to it they are those of the
-// rows at a face, so that the cells of a corner are about as wide as they are high; further in they
-// grow in proportion to the distance.
+// Cells per m of the coarsest member at a distance from the rim. Close to the rim the density is
+// that of the rows at a face, so that corner cells are about as wide as they are high. Further in,
+// cells grow in proportion to the distance.
 double density(double distance, double radius, const MeshStyle& style) {
   const double half = std::min(style.thinnest_m / 2, radius);
   const double rows = graded(soft_rows(style), half, std::min(distance, half), kGrading);
@@ -90,7 +90,7 @@ double mild_density(double distance, double radius, const MeshStyle& style) {
 }  // namespace
 
 std::size_t affordable_unknowns() {
-  // Matrix, factors and cells, generously: a laminate of ten takes 230 MB on mesh 3.
+  // matrix, factors and cells, a generous estimate: a laminate of ten takes 230 MB on mesh 3
   constexpr double kBytesPerUnknown = 4096;
   constexpr double kMost = 3e6;
   const double memory =
@@ -116,14 +116,14 @@ std::vector<double> even_edges(double a, double b, int n) {
   return x;
 }
 
-// Edges at equal shares of the integral of the density, so a member that halves every cell of
-// another has its edges, too.
+// Edges divide the integral of the density evenly. A member that halves every cell of another
+// therefore contains its edges.
 std::vector<double> radial_edges(double radius, const MeshStyle& style) {
   if (!style.bonded) {
     return even_edges(0, radius, 2);  // two cells are exact for uniform strain
   }
-  // The sum over x, of which the distance from the rim is the fourth power: there are enough steps
-  // in the smallest cell.
+  // Integrates over x, with the distance from the rim as its fourth power: the smallest cell then
+  // has enough steps.
   constexpr int kSteps = 2048;
   constexpr double kPower = 4;
   const auto distance = [&](double x) { return radius * std::pow(x, kPower); };
@@ -151,7 +151,7 @@ std::vector<double> radial_edges(double radius, const MeshStyle& style) {
 
 namespace {
 
-// Places s from 0 to 1 in a block that is graded towards both of its faces, and their heights.
+// Maps places s from 0 to 1 in a block that is graded towards both of its faces to heights.
 class Grading {
  public:
   Grading(double z0, double z1, double exponent) : z0_(z0), z1_(z1), exponent_(exponent) {}
@@ -172,11 +172,11 @@ class Grading {
 
 }  // namespace
 
-// An electrode inside of a row would weigh the strain of a part of it alone, which smooth shape
-// functions cannot follow: the error would depend on where in its row the electrode happens to lie,
-// and that changes from member to member. So rows end at the cuts, and each part between them has a
-// row on the coarsest member and two for one on each finer one, or the estimate would not see what
-// its rows err by.
+// If an electrode lay inside a row, it would divide the strain of that row, which smooth shape
+// functions cannot follow. The error would depend on where in the row the electrode lies, and that
+// changes from member to member. So rows end at the cuts. Each part between two cuts has at least
+// one row in the coarsest member, and its rows double in each finer one; otherwise the estimate
+// would miss the error of these rows.
 std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyle& style,
                                 const std::vector<double>& cuts) {
   if (!style.bonded) return {z0, z1};

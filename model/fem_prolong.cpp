@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/fem_system.hpp"
 
-#include <cmath>
-
 namespace lcrig {
 namespace {
 
@@ -12,7 +10,7 @@ struct CellPlace {
   double at;
 };
 
-// `nodes` are two to a cell and one more; the place is that of x in the cell that `inside` is in.
+// The place of x in the cell that contains `inside`. `nodes`: two for each cell and one more.
 CellPlace place_of(const std::vector<double>& nodes, double inside, double x) {
   std::size_t cell = 0;
   while (2 * cell + 4 < nodes.size() && nodes[2 * cell + 2] < inside) ++cell;
@@ -26,7 +24,7 @@ double quadratic(const std::vector<double>& values, const CellPlace& place) {
   return v[0] * x * (x - 1) / 2 + v[1] * (1 - x * x) + v[2] * x * (x + 1) / 2;
 }
 
-// The row of `space` that a row of another mesh is in, and the height z in it.
+// The height z in that row of `space` in which a row of another mesh lies.
 Height height_in(const StackSpace& space, const StackSpace::Row& row, double z) {
   Height height = space.height((row.z0 + row.z1) / 2);
   const auto& in = space.rows()[static_cast<std::size_t>(height.row)];

@@ -7,7 +7,7 @@
 namespace lcrig {
 namespace {
 
-constexpr std::size_t kFewUnknowns = 80;  // a part with about so many is not halved
+constexpr std::size_t kFewUnknowns = 80;  // a part with no more unknowns is not halved
 
 void add_cell(const FrontMatrix& to, const std::vector<int>& places, const double* stiffness) {
   std::size_t k = 0;
@@ -15,7 +15,7 @@ void add_cell(const FrontMatrix& to, const std::vector<int>& places, const doubl
     for (std::size_t j = 0; j <= i; ++j, ++k) {
       if (places[i] < 0 || places[j] < 0) continue;
       const auto [column, row] = std::minmax(places[i], places[j]);
-      // nodes of one cell that share an equation add to its diagonal twice
+      // two nodes of one cell that share an equation count twice on its diagonal
       const bool twice = i != j && row == column;
       to.column(static_cast<std::size_t>(column))[row] += (twice ? 2 : 1) * stiffness[k];
     }
@@ -136,8 +136,8 @@ class FrontalSolver::Analysis {
 
   CellEquations cells_;
   std::size_t columns_;
-  std::vector<Part> extents_;  // of the cells that have an equation
-  std::size_t next_ = 0;  // to be eliminated
+  std::vector<Part> extents_;  // extents of the cells that contribute to an equation
+  std::size_t next_ = 0;  // next place in the order of elimination
 };
 
 void FrontalSolver::analyze(const CellEquations& cells, std::size_t columns,
@@ -183,7 +183,7 @@ FrontMatrix FrontalSolver::matrix_of(const Front& front, double* rest) {
   return {front.unknowns.size(), front.eliminated, factor_.data() + front.factor, rest};
 }
 
-// The front's part of x, padded, in scratch_.
+// Copies the front's part of x, padded, to scratch_.
 double* FrontalSolver::gather(const Front& front, const std::vector<double>& x) {
   const auto& at = front.unknowns;
   for (std::size_t i = 0; i < at.size(); ++i) scratch_[i] = x[at[i]];

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct solution of the symmetric systems of FemSystem: LDL^T by nested dissection of the tensor
-// grid. The grid is halved again and again. Unknowns inside of a part are eliminated there, in a
-// dense matrix (its front), and those on the cut between two halves after both.
+// Direct solution of the symmetric systems of FemSystem and LinearSystem: LDL^T by nested
+// dissection of the tensor grid. The grid is halved again and again. Unknowns inside a part are
+// eliminated there, in a dense matrix (its front). Those on the cut between two halves are
+// eliminated after both halves.
 #pragma once
 
 #include <cstddef>
@@ -22,32 +23,32 @@ class FrontalSolver {
   // Cells row by row, `columns` in each. Several nodes of a cell may have the same equation.
   void analyze(const CellEquations& cells, std::size_t columns, std::size_t equations);
   // `cells`: the lower triangle of each cell's stiffness, by rows. False when a pivot is zero or
-  // not a number. Pivots are taken as they come.
+  // not a number. There is no pivoting.
   bool factorize(const std::vector<const double*>& cells);
   std::vector<double> solve(const std::vector<double>& rhs);
   bool positive() const { return positive_; }  // every pivot of the last factorization is positive
 
  private:
-  struct Part {  // of the grid, in cells
+  struct Part {  // part of the grid, in cells
     std::size_t left, right, bottom, top;
     bool contains(const Part& other) const;
   };
   struct Front {
-    // By order of elimination; sorted. The first ones are eliminated here, the rest in the whole
-    // that this is a half of.
+    // In the order of elimination, sorted. The first ones are eliminated in this front, the others
+    // in the front of which this one is a half.
     std::vector<std::size_t> unknowns;
     std::size_t eliminated = 0;
     std::size_t rest() const { return unknowns.size() - eliminated; }
     std::size_t rest_memory() const { return rest() * FrontMatrix::padded(rest()); }
     std::vector<Front> halves;
-    std::vector<std::size_t> places;  // of the rest among the unknowns of the whole
+    std::vector<std::size_t> places;  // places of the others among the unknowns of the parent front
     struct Cell {
       std::size_t index;
       std::vector<int> places;  // of its equations among the unknowns; -1: fixed
     };
-    std::vector<Cell> cells;  // of a part that is not halved
-    std::size_t factor = 0;  // where its columns begin in factor_
-    std::size_t memory = 0;  // for the rests of the halves, and theirs
+    std::vector<Cell> cells;  // only in a part that is not halved
+    std::size_t factor = 0;  // start of its columns in factor_
+    std::size_t memory = 0;  // needed for the rests of the halves and everything below them
   };
   class Analysis;
   bool factorize(const Front& front, const std::vector<const double*>& cells, double* rest,

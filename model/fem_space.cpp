@@ -79,7 +79,7 @@ double StackSpace::top_area_ratio(const std::vector<double>& u) const {
 }
 
 double StackSpace::shortening_m(const std::vector<double>& u) const {
-  double work = 0;  // the work of a unit pressure is the area times the mean displacement
+  double work = 0;  // work of a unit pressure: area times mean displacement
   for (std::size_t i = 0; i < unit_load_.size(); ++i) work += unit_load_[i] * u[i];
   return work / area_m2_;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stack as a finite-element space: displacement of degree two or four in each direction on a
-// tensor grid, in which the equations of fixed, tied and sliding nodes are already worked out. Used
-// by the finite-element levels.
+// tensor grid. The equations of fixed, tied and sliding nodes are already worked out. Used by the
+// finite-element levels.
 #pragma once
 
 #include <array>
@@ -21,21 +21,21 @@ struct ElasticLaw {
   double inverse_lambda = 0;  // 1/Pa; 0: incompressible
   bool operator==(const ElasticLaw&) const = default;
 };
-// For 1/lambda below this times 1/mu condensing the pressure in a cell would lose its digits; the
-// smaller true value is reached by iterating, which needs one or two more solves.
+// If 1/lambda is below this times 1/mu, condensing the pressure in a cell would lose digits.
+// Iterating then reaches the smaller true value in one or two more solves.
 inline constexpr double kLeastInverseLambda = 1e-7;
-// finite: from mu and nu; otherwise from E and nu.
+// finite: computed from mu and nu. Otherwise computed from E and nu.
 ElasticLaw elastic_law(const Material& material, bool finite);
 
 // A height in the mesh: a row of cells, and the place in it from -1 (bottom) to 1 (top).
 struct Height {
-  int row = -1;  // -1: in no row, that is, in a rigid layer
+  int row = -1;  // -1: it is in no row but in a rigid layer
   double zeta = 0;
 };
 
-// Variations that no specimen describes, for verification against known solutions.
+// Variations that a specimen file cannot describe, for verification against known solutions.
 struct SpaceVariation {
-  // per block height, and twice as many along the radius; 0: the graded mesh
+  // cells for each block's height, and twice as many along the radius; 0: the graded mesh
   int uniform_cells = 0;
   bool wall = false;  // the rim slides along a rigid wall
   std::function<double(double r_m)> load;  // pressure profile over the top; empty: 1
@@ -66,7 +66,7 @@ class StackSpace {
   const std::vector<Capacitor>& capacitors() const { return capacitors_; }
   int cells_per_row() const { return static_cast<int>(r_.size() - 1) / degree_; }
   int equations() const { return equations_; }
-  // Equation of a node's displacement (component 0: radial, 1: axial); -1: fixed.
+  // Equation of a node's displacement (component 0: radial, 1: axial). -1: the node is fixed.
   int equation(int line, int node, int component) const {
     return equation_[static_cast<std::size_t>(component)]
                     [static_cast<std::size_t>(line) * r_.size() + static_cast<std::size_t>(node)];
@@ -76,14 +76,14 @@ class StackSpace {
   double radius_m() const { return r_.back(); }
   // Area of the uppermost soft face under displacements u, divided by its area at rest.
   double top_area_ratio(const std::vector<double>& u) const;
-  // Position of a height z (m, undeformed) measured through a block of soft layers.
+  // The place of a height z (m, undeformed) in the rows of the soft layers.
   Height height(double z) const;
-  // The block cut into other capacitors. Errors: not one block of one soft material, or the
-  // thicknesses (m, base to top) do not add up to it.
+  // The capacitors that result from other cuts of the block. Errors: the stack is not one block of
+  // one soft material, or the thicknesses (m, base to top) do not add up to it.
   Result<std::vector<Capacitor>> partition(const std::vector<double>& thickness_m) const;
   // Displacements u (by equation) at the nodes of a height.
   std::vector<double> displacement(const std::vector<double>& u, Height h, int component) const;
-  // How far the top face (or the rigid top) went down, as the mean over its area, m.
+  // How far the top face (or the rigid top) went down, m, as the mean over its area.
   double shortening_m(const std::vector<double>& u) const;
 
  private:

@@ -15,8 +15,8 @@ namespace {
 struct Line {
   bool radial_fixed = false;
   bool axial_fixed = false;
-  int tie = -1;  // all nodes of all lines with this number move as one
-  int axial_twin = -1;  // has the same axial displacement, node by node, as that line
+  int tie = -1;  // all nodes of all lines with the same number move together
+  int axial_twin = -1;  // each node has the axial displacement of its counterpart on that line
 };
 
 }  // namespace
@@ -135,7 +135,7 @@ class SpaceBuilder {
   }
 
   // In a laminate every soft layer lies between stiff films. Where the specimen lists no film above
-  // a soft layer, the film is the electrode: rigid and without thickness.
+  // a soft layer, the electrode is the film: rigid and without thickness.
   void add_film_above(std::size_t block) {
     const bool next_is_film = block + 1 < blocks_.size() && !soft(blocks_[block + 1]);
     if (s_.faces == Faces::bonded_laminate && soft(blocks_[block]) && !next_is_film) add_rigid();
@@ -211,7 +211,7 @@ class SpaceBuilder {
         const double top = z + layer.thickness_m;
         StackSpace::Slab slab{layer.thickness_m, m.relative_permittivity, m.rigid, {}, {}};
         if (!m.rigid) {
-          const double inside = 1e-9 * layer.thickness_m;  // stay in this layer's own rows
+          const double inside = 1e-9 * layer.thickness_m;  // stays within this layer's own rows
           slab.bottom = space_.height(z + inside);
           slab.top = space_.height(top - inside);
         }
@@ -233,7 +233,7 @@ class SpaceBuilder {
   std::vector<Line> lines_;
   int below_ = -1;  // line that the next block stands on; -1: the base
   int tie_below_ = -1;  // tie of the rigid layer that the next block stands on; -1: none
-  bool on_base_ = true;  // nothing that can move lies below
+  bool on_base_ = true;  // nothing below can move
   int ties_ = 0;
 };
 

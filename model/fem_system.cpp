@@ -12,16 +12,16 @@ namespace {
 
 constexpr double kTolerance = 1e-9;
 constexpr double kDefectTolerance = 1e-10;
-// Stiff thin cells high in the stack move a long way as a whole, and the last digit of their
-// displacement is already a force. When the residual stops falling below this limit, only such
-// rounding is left.
+// A stiff thin cell high in the stack moves far as a whole, and the last digit of its displacement
+// already means a force. When the residual stops falling below this limit, only such rounding is
+// left.
 constexpr double kAcceptable = 1e-7;
-// Rounding forces in stiff cells do almost no work. A step whose work is this small beside that of
-// the load moves nothing by more than the square root of this ratio, in the energy norm.
+// Rounding forces in stiff cells do almost no work. A step whose work has this ratio to the load's
+// work moves nothing by more than the square root of the ratio, in the energy norm.
 constexpr double kNoWork = 1e-18;
 constexpr double kShortestStep = 1.0 / 64;
 constexpr double kRise = 2;
-constexpr double kSmallResidual = 1e-3;  // below this the residual may rise and fall
+constexpr double kSmallResidual = 1e-3;  // below this the residual may rise again
 
 double norm(const std::vector<double>& v) {
   double sum = 0;
@@ -74,7 +74,7 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
   Residual result;
   residual_ = space_.unit_load();
   for (double& force : residual_) force *= pressure_Pa;
-  // of the original equations, without elimination of the pressures
+  // residual of the original equations, before the pressures are eliminated
   std::vector<double> plain = residual_;
   const double load = norm(plain);
   CellResult out;
@@ -126,8 +126,8 @@ std::vector<double> FemSystem::pressure_step(const std::vector<double>& du) cons
   return dp;
 }
 
-// Takes the longest of 1, 1/2, 1/4 ... of the step that turns no cell inside out and does not make
-// the residual much worse. The residual of a mixed method may rise a little before it falls.
+// Takes the longest of 1, 1/2, 1/4 ... of the step that turns no cell inside out and does not
+// increase the residual much. The residual of a mixed method may rise a little before it falls.
 FemSystem::Residual FemSystem::line_search(double pressure_Pa, const Step& step, double start,
                                            FemState& state) {
   const double allowed = kRise * std::max(start, kSmallResidual);

@@ -78,8 +78,8 @@ class FemSystem {
   FrontalSolver solver_;
 };
 
-// Carries a solution to a finer mesh of the same stack, where it is a good start for Newton's
-// method: the state of `coarse`, interpolated at the nodes and in the cells of `fine`.
+// Carries a solution over to a finer mesh of the same stack, as a start for Newton's method. The
+// state of `coarse` is interpolated at the nodes and in the cells of `fine`.
 FemState prolong(const StackSpace& coarse, const FemState& state, const StackSpace& fine);
 
 }  // namespace lcrig

@@ -5,7 +5,7 @@
 
 namespace lcrig {
 
-// The compiler splits it where the processor has shorter registers.
+// The compiler splits it on processors with shorter registers.
 using Four [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
 
 inline Four& four(double* at) {
@@ -22,7 +22,7 @@ template <auto work, class... Arguments>
 }
 #endif
 
-// Calls `work` compiled for the processor that runs the program: with AVX2 if it has it.
+// Calls a version of `work` that suits the processor: one with AVX2 instructions if it has them.
 template <auto work, class... Arguments>
 auto run_fast(Arguments... arguments) {
 #if defined(__x86_64__)

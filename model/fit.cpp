@@ -26,7 +26,7 @@ Result<std::size_t> find_soft(const Specimen& s) {
   return soft.front();
 }
 
-// Model values at all points for one pair of parameters.
+// Model values at all points for one pair of modulus and offset.
 class Curve2 {
  public:
   Curve2(const Specimen& specimen, const LevelSettings& settings, std::size_t soft,
@@ -64,7 +64,7 @@ struct Place {
 // Weighted least squares, linearized at a place. Rows are points; the last row is C0 if it is
 // fitted.
 struct Linear {
-  Eigen::MatrixXd slopes;  // by log(mu), offset/scale_Pa, shift/scale_F
+  Eigen::MatrixXd slopes;  // derivatives by log(mu), offset/scale_Pa, shift/scale_F
   Eigen::VectorXd residuals, values, weights;
   Eigen::MatrixXd normal() const { return slopes.transpose() * weights.asDiagonal() * slopes; }
   Eigen::VectorXd score() const { return slopes.transpose() * weights.asDiagonal() * residuals; }
@@ -126,7 +126,7 @@ struct Fitter {
   }
 };
 
-// Treats the repeats as a sample: what each of them adds to the parameters.
+// Variance of the parameters from what each repeat contributes to them; the repeats are a sample.
 Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
                                     const Eigen::MatrixXd& inverse, int& repeats) {
   std::map<std::int32_t, Eigen::VectorXd> scores;
@@ -139,7 +139,7 @@ Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
   repeats = static_cast<int>(scores.size());
   Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
   if (repeats < 2) return middle;
-  // The weight of C0 holds the fit off the points: all repeats have a part of that alike.
+  // The weight of C0 keeps the fit away from the points, and this part is common to all repeats.
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(l.slopes.cols());
   for (const auto& [repeat, score] : scores) mean += score / repeats;
   for (const auto& [repeat, score] : scores) {
@@ -148,8 +148,8 @@ Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
   return inverse * middle * inverse;
 }
 
-// What the error of C0, which all repeats share, adds to the parameters. Their scatter does not
-// show it, and it is known however much they differ.
+// Variance that the error of C0 adds to the parameters. All repeats share this error, so their
+// scatter does not show it, however much they differ.
 Eigen::MatrixXd variance_of_c0(const Fitter& fitter, const Linear& l,
                                const Eigen::MatrixXd& inverse) {
   if (!fitter.with_c0()) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
@@ -163,9 +163,10 @@ struct Spread {
   int freedom = 1, repeats = 0, freedom_of_c0 = 1;
 };
 
-// Half-width of two independent parts: Welch and Satterthwaite's degrees of freedom, truncated (GUM
-// G.4.1). With one or two in the first they promise too much: there the squares of the half-widths
-// are added (Banerjee 1960), which never holds less than it says.
+// Half-width of the interval from two independent parts, with Welch and Satterthwaite's degrees of
+// freedom, truncated (GUM G.4.1). If the first part has one or two degrees of freedom, these
+// promise too much. Then the squares of the half-widths are added (Banerjee 1960), which never
+// holds less often than stated.
 double half_width(double first, int freedom, double second, int freedom_of_second) {
   const double t = student_t975(freedom), t_of_second = student_t975(freedom_of_second);
   const double variance = first + second;
@@ -176,11 +177,11 @@ double half_width(double first, int freedom, double second, int freedom_of_secon
   return student_t975(static_cast<int>(std::min(welch, 1e6))) * std::sqrt(variance);
 }
 
-// `unit` converts a step of the parameter to the unit of the value.
+// `unit`: the change of the value for a unit step of the parameter.
 FitValue value_of(double value, Eigen::Index k, double unit, const Spread& s) {
   const bool sample = s.repeats >= 2;
   const double between = sample ? s.of_repeats(k, k) : s.of_residuals(k, k);
-  const double c0 = sample ? s.of_c0(k, k) : 0;  // the residuals have it
+  const double c0 = sample ? s.of_c0(k, k) : 0;  // the residuals already include it
   const double half =
       unit * half_width(between, sample ? s.repeats - 1 : s.freedom, c0, s.freedom_of_c0);
   return {value, unit * std::sqrt(between + c0), value - half, value + half,
@@ -229,7 +230,7 @@ double improve(const Fitter& fitter, const Linear& l, Place& at) {
   return 0;  // already at the minimum, up to rounding
 }
 
-// Scaled by the diagonal, so that only the similarity of the columns counts.
+// Scaled by the diagonal, so that only the similarity of the columns matters.
 bool is_determined(const Eigen::MatrixXd& normal) {
   return normal.determinant() > 1e-20 * normal.diagonal().prod();
 }

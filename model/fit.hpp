@@ -20,8 +20,8 @@ struct FitPoint {
         repeat(of_repeat) {}
   double pressure_Pa = 0;  // force over the area of the disc
   double delta_capacitance_F = 0;
-  double standard_error_F = 0;  // > 0: gives the weight; 0 for all points: equal weights
-  std::int32_t repeat = 0;  // points of one repeat may share errors
+  double standard_error_F = 0;  // gives the weight; 0 for all points: equal weights
+  std::int32_t repeat = 0;  // the points of one repeat may share errors
 };
 
 struct C0Error {
@@ -36,35 +36,34 @@ struct FitValue {
   double value = 0;
   double standard_error = 0;
   double ci95_low = 0, ci95_high = 0;  // Student's t
-  // How far the value moves for a relative error of 1 in the model's delta C everywhere. Times the
-  // estimated error of the level, this is the model's part of the uncertainty.
+  // How far the value moves when the model's delta C has a relative error of 1 everywhere.
+  // Multiplied by the estimated error of the level it gives the model's part of the uncertainty.
   double per_model_error = 0;
 };
 
 struct Fit {
   FitValue shear_modulus_Pa;  // of the soft layers; nu stays as given
-  // Zero of the cell, plus the pressure that is spent before the faces touch everywhere. A fit
-  // cannot tell the two apart.
+  // Zero of the cell, plus the pressure that is needed before the faces touch everywhere. A fit
+  // cannot separate the two.
   FitValue contact_offset_Pa;
-  // true C0 minus the one that delta C was taken from; 0 when it is not fitted
+  // true C0 less the C0 that was subtracted for delta C; 0 when it is not fitted
   FitValue c0_shift_F;
   double residual_F = 0;  // root mean square
   double correlation = 0;  // of modulus and offset
   int points = 0, iterations = 0;
-  int repeats = 0;  // number of repeats in the standard errors; 0: they come from residuals alone
+  int repeats = 0;  // repeats behind the standard errors; 0: residuals are behind them
 };
 
 // Fits delta C(P) = model(max(P - offset, 0); mu) + shift by Gauss-Newton. The specimen must have
-// exactly one soft material: not rigid, and not a hundred times stiffer than another.
-// `c0` is the error of the C0 that delta C was taken from. Above 0 the shift is fitted, because all
-// points share this error. Standard errors come from the repeats as a sample and from that of C0,
-// with one repeat from the residuals. Errors: fewer than four points
-// (five with a shift); several soft materials; no convergence; a level that has no answer near the
-// data.
+// exactly one soft material: not rigid, and not a hundred times stiffer than another. `c0` is the
+// error of the C0 that was subtracted for delta C. All points share this error, so the shift is
+// fitted if it is above 0. Standard errors come from the repeats as a sample, plus that of C0; with
+// one repeat they come from the residuals. Errors: fewer than four points (five with a shift);
+// several soft materials; no convergence; a level that has no answer near the data.
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
                          const std::vector<FitPoint>& points, const C0Error& c0 = {});
 
-// 97.5 % quantile of Student's t, degrees of freedom >= 1, to 1e-3.
+// 97.5 % quantile of Student's t, accurate to 1e-3. Precondition: degrees of freedom >= 1.
 double student_t975(int degrees_of_freedom);
 
 }  // namespace lcrig

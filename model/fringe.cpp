@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// f(x) - (1/pi) int_-1^1 k/(k^2 + (x-y)^2) f(y) dy = 1,  C/C_plate = (k/pi) 2 int_0^1 ... f.
-// f is even and has a boundary layer of width k at 1. Panels shrink geometrically towards 1, and f
-// is a polynomial on each. The kernel is sharp where x meets y, so it is integrated on pieces no
-// longer than its width.
+// Love's integral equation: f(x) - (1/pi) int_-1^1 k/(k^2 + (x-y)^2) f(y) dy = 1, and C/C_plate =
+// (k/pi) 2 int_0^1 ... f. f is even and has a boundary layer of width k at 1. Panels shrink
+// geometrically towards 1, and f is a polynomial on each. The kernel is sharp where x meets y, so
+// it is integrated over pieces no longer than its width.
 #include "model/fringe.hpp"
 
 #include <Eigen/Dense>

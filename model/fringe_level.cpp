@@ -13,10 +13,10 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kNodes = 10;
-constexpr double kMostClosed = 0.2;  // share of the gap down to which the interpolation reaches
+constexpr double kMostClosed = 0.2;  // smallest share of the gap that the interpolation covers
 
-// L(k0 s) - L(k0) for s = 1 to kMostClosed, as (s - 1) q(s) with q interpolated at Chebyshev nodes.
-// The difference keeps its digits however small the closing is.
+// Interpolates L(k0 s) - L(k0) for s = 1 to kMostClosed as (s - 1) q(s), with q at Chebyshev nodes.
+// The difference then keeps its digits however small the closing is.
 class FringeCurve {
  public:
   explicit FringeCurve(double gap_over_radius) : start_(love_factor(gap_over_radius)) {

@@ -38,7 +38,7 @@ std::vector<LadderRow> rungs(const Specimen& s) {
   return rows;
 }
 
-// Fills `seconds`, and for now delta C itself as `relative_error`.
+// Fills `seconds`. `relative_error` first holds delta C itself.
 void run(ErrorEstimator& estimator, const Specimen& s, Pressure pressure,
          const std::function<double()>& now, LadderRow& row) {
   constexpr double kQuick = 0.2;  // seconds; longer ones are timed only once
@@ -74,7 +74,7 @@ LadderRow* find_exact(const Specimen& s, std::vector<LadderRow>& rows) {
   return nullptr;
 }
 
-// The limit of the finest meshes that have a limit at this pressure.
+// Finds the finest meshes that have a limit at this pressure, and their limit.
 bool find_limit(ErrorEstimator& estimator, Ladder& ladder) {
   LevelSettings settings;
   for (const Level level : {Level::fem_finite, Level::fem_linear}) {

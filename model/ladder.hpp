@@ -18,7 +18,7 @@ struct LadderRow {
   double seconds = 0;  // from the specimen to the answer; the best of three if it is quick
   double relative_error = 0;  // of delta C against the reference
   std::optional<double> error_estimate;  // what `auto` would estimate
-  // the estimate holds at this pressure, the last that finite strain can solve
+  // the estimate holds at this pressure, the highest that finite strain can solve
   std::optional<Pressure> lost_beyond;
   std::string failure;  // why there is no answer; empty otherwise
   bool reference = false;
@@ -26,16 +26,16 @@ struct LadderRow {
 
 struct Ladder {
   Pressure pressure;
-  // Delta C of the reference: with free faces the exact solution, otherwise the limit of the meshes
-  // of finite strain, or of small strain where finite strain has no solution.
+  // Delta C of the reference. With free faces this is the exact solution. Otherwise it is the limit
+  // of the meshes of finite strain, or of small strain where finite strain has no solution.
   double delta_capacitance_F = 0;
-  double reference_doubt = 0;  // relative; smaller errors cannot be told apart
+  double reference_doubt = 0;  // relative; smaller errors cannot be distinguished
   std::string reference;  // in words
   std::vector<LadderRow> rows;  // cheapest first
 };
 
 // `seconds_now` is a clock for the timing, because the model has none. Errors: the specimen is
-// wrong, or no level at all can answer.
+// wrong, or no level can give an answer.
 Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
                             const std::function<double()>& seconds_now);
 

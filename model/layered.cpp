@@ -16,10 +16,7 @@ class LayeredModel final : public LevelModel {
   }
 
   Result<StackState> at_pressure(Pressure pressure) override {
-    if (!std::isfinite(pressure.si()) || pressure.si() < 0) {
-      return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)",
-                  pressure.si());
-    }
+    if (auto ok = check_pressure(pressure); !ok) return fail(ok.error());
     if (auto ok = update_strains(pressure); !ok) return fail(ok.error());
     StackState state;
     state.pressure_Pa = pressure.si();
@@ -83,7 +80,7 @@ class LayeredModel final : public LevelModel {
 
   Specimen specimen_;
   LayerStrain strain_;
-  std::vector<Layer> kinds_;  // distinct layers, each solved once per pressure
+  std::vector<Layer> kinds_;  // distinct layers; each is solved once per pressure
   std::vector<double> strains_;
   std::vector<Prepared> capacitors_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/level.hpp"
 
+#include <cmath>
+
 #include "model/bonded.hpp"
 #include "model/fem_levels.hpp"
 #include "model/level_parts.hpp"
@@ -107,6 +109,14 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
   if (model && settings.fringe) model = with_fringe(specimen, std::move(*model));
   if (model && specimen.contact_gap) return with_contact_gap(specimen, std::move(*model));
   return model;
+}
+
+Result<> check_pressure(Pressure pressure) {
+  if (!std::isfinite(pressure.si()) || pressure.si() < 0) {
+    return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)",
+                pressure.si());
+  }
+  return {};
 }
 
 }  // namespace lcrig

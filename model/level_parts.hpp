@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of which make_level_model builds a level.
+// The parts from which make_level_model builds a level.
 #pragma once
 
 #include <functional>
@@ -16,14 +16,14 @@ using LayerStrain = std::function<Result<double>(const Material&, double thickne
 // pressure: `linear`, `hyperelastic` and `bonded`. The specimen must have passed check_specimen.
 std::unique_ptr<LevelModel> make_layered_model(const Specimen& specimen, LayerStrain strain);
 
-// Adds the air that is left under the electrodes to any level: the gap is in series with every
+// Adds to any level the air that is left under the electrodes, as a gap in series with every
 // capacitor. specimen.contact_gap must be set.
 std::unique_ptr<LevelModel> with_contact_gap(const Specimen& specimen,
                                              std::unique_ptr<LevelModel> model);
 
-// Adds the fringe field of each capacitor to any level.
-// Each capacitor is taken alone, in a medium of its own permittivity. This is an upper bound,
-// because the plates of a stack shield each other. Errors: a gap outside 1e-4 to 100 radii.
+// Adds to any level the fringe field of each capacitor. Each capacitor is treated alone, in a
+// medium of its own permittivity. This gives an upper bound, because the plates of a stack shield
+// each other. Errors: a gap outside 1e-4 to 100 radii.
 Result<std::unique_ptr<LevelModel>> with_fringe(const Specimen& specimen,
                                                 std::unique_ptr<LevelModel> model);
 

@@ -13,7 +13,7 @@ constexpr double kRounding = 1e-15;
 constexpr double kHighestOrder = 16;
 constexpr int kBisections = 40;
 
-// The share of the last step that is still missing, at this order.
+// Error that remains after the last step, relative to this step, at this order.
 double missing(double order, double halvings) {
   return 1 / (std::exp2(order * halvings) - 1);
 }
@@ -22,7 +22,7 @@ struct MeshStep {
   double change, halvings;
 };
 
-// The order at which two steps have the ratio they have. `between`: halvings from the end of the
+// The order at which two steps have the observed ratio. `between`: halvings from the end of the
 // first to the end of the last.
 double order_of(const MeshStep& first, const MeshStep& last, double between) {
   const double ratio = first.change / last.change;
@@ -64,7 +64,7 @@ MeshLimit limit_of(const std::vector<double>& values, const MeshSequence& meshes
   const double of_two = order_of(before, last, last.halvings);
   limit.order = of_two;
   if (steps.size() > 2 && steps.front().change * last.change > 0) {
-    // a single ratio scatters, so all steps are taken
+    // a single ratio scatters, so all steps are used
     limit.order = order_of(steps.front(), last, before.halvings + last.halvings);
   }
   limit.settled = of_two >= kLeastOrder / 2 && limit.order >= kLeastOrder;

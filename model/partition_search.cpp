@@ -10,8 +10,8 @@ constexpr std::size_t kGrid = 120;  // steps into which the spare thickness is d
 constexpr int kHalvings = 12;  // of the grid step, when leaving the grid
 constexpr int kMostSweeps = 100;
 
-// The best sensitivity of the lowest layers for a share of the spare thickness, and the part of it
-// that the last layer gets.
+// The best sensitivity of the lowest layers for a share of the spare thickness, and the part of
+// this share that the uppermost of them gets.
 struct Best {
   double value = 0;
   std::size_t last = 0;
@@ -77,7 +77,7 @@ class Search {
                      static_cast<double>(spare) * step_m_;
   }
 
-  // Moves one boundary if that improves the two layers next to it; says whether it did.
+  // Moves one boundary if that improves the two layers next to it. True if it did.
   bool move(std::vector<double>& z, std::size_t boundary, double by_m) const {
     const double below = z[boundary - 1], at = z[boundary], above = z[boundary + 1];
     const double least = request_.least_m * (1 - 1e-12);

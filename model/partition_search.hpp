@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The best cut of a block into layers when the place of a layer decides what it contributes. Used
+// The best cut of a block into layers, where the position of a layer decides its contribution. Used
 // by the design search.
 #pragma once
 
@@ -22,8 +22,9 @@ struct FoundPartition {
   double grid_m = 0;  // every partition on this grid was considered, including the vertices
 };
 
-// The global optimum over a grid of thicknesses (dynamic programming), then moved off the grid
-// boundary by boundary while that improves it. Never worse than the best on the grid.
+// Finds the global optimum over a grid of thicknesses (dynamic programming). Then it moves
+// boundaries off the grid, one by one, while that improves the result. The result is never worse
+// than the best on the grid.
 FoundPartition best_partition(const PartitionRequest& request, const LayerSensitivity& sensitivity);
 
 }  // namespace lcrig

@@ -9,13 +9,13 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kGridCells = 256;
-constexpr double kCreepSteps = 50;  // per creep time
+constexpr double kCreepSteps = 50;  // steps within one creep time
 constexpr int kSearchSteps = 200;
-// The longest window of the meter (SLOW, 256 averages) lasts 97 s. A reading is computed at its
-// middle, and the link takes time as well.
+// The longest window of the meter (SLOW, 256 averages) lasts 97 s. A reading is computed for the
+// middle of its window, and the link takes time, too.
 constexpr Duration kLookBack = std::chrono::minutes(2);
 
-// Rounded up, so that an event has happened at the instant that is returned for it.
+// Rounds up, so that an event has happened at the instant that is returned for it.
 Duration seconds_up(double s) {
   return Duration(static_cast<std::int64_t>(std::ceil(s * 1e9)));
 }
@@ -170,14 +170,14 @@ Plant::Load Plant::load_at(const Drive& drive, MonoTime t, double q_N) const {
   return elastic > memory ? Load{elastic - memory, elastic} : Load{0, memory};
 }
 
-// One step of q, integrated exactly with the force at the middle of the step.
+// One step of q, integrated exactly with the force in the middle of the step.
 double Plant::creep_step(const Drive& drive, MonoTime from, Duration step, double q_N) const {
   const double force = load_at(drive, from + step / 2, q_N).force_N;
   return q_N + (force - q_N) * -std::expm1(-to_seconds(step) / config_.creep_time_s);
 }
 
-// Whole steps are counted from the last change and remembered, so that the answer does not depend
-// on which instants were asked for before.
+// Whole steps are counted from the last change and remembered. The answer then does not depend on
+// which instants were asked for before.
 double Plant::creep_N(const Drive& drive, MonoTime t) const {
   if (config_.creep_fraction <= 0) return 0;
   const Duration step = std::max(from_seconds(config_.creep_time_s / kCreepSteps), Duration(2));
@@ -190,7 +190,7 @@ double Plant::creep_N(const Drive& drive, MonoTime t) const {
   return t > latest.t ? creep_step(drive, latest.t, t - latest.t, latest.q_N) : latest.q_N;
 }
 
-// Motions are monotonic; so is creep after them.
+// Motions are monotonic, and so is the creep after them.
 double Plant::peak_of_drive_N(MonoTime t) const {
   const MonoTime begin = drive_.changed.t, end = std::max(t, begin);
   const MonoTime reached = std::clamp(drive_.motion.finish(), begin, end);
@@ -258,7 +258,7 @@ void Plant::put_load(MonoTime t, double force_N) {
   change_at(t, next);
 }
 
-// Speed of the travel. If the drive is already braking, the speed that is left.
+// Speed of the travel. While the drive brakes, the speed that is left.
 double Plant::speed_m_s(MonoTime t) const {
   const bool approaching = drive_.approaching(t);
   const Profile& motion = approaching ? *drive_.approach : drive_.motion;
@@ -307,13 +307,13 @@ std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, Mon
   }
   const double value = drive_.control == Control::force ? force_N : travel_at_force_m(force_N);
   MonoTime t = std::clamp(drive_.motion.time_of(value), from, to);
-  while (t < to && !passed(this->force_N(t))) {  // the inverse is rounded by a nanosecond or two
+  while (t < to && !passed(this->force_N(t))) {  // the inverse is off by a nanosecond or two
     t += Duration(1);
   }
   return t;
 }
 
-// With creep, the force at a travel depends on the past. So this searches forward and then bisects.
+// With creep, the force at a travel depends on the past, so this searches forward and then bisects.
 std::optional<MonoTime> Plant::creeping_crossing(double force_N, MonoTime from, MonoTime to) const {
   const bool rising = this->force_N(from) < force_N;
   const auto passed = [&](MonoTime t) {

@@ -26,8 +26,8 @@ double slope_at(const std::vector<double>& y, std::size_t i, double h) {
          (12 * h);
 }
 
-// Fritsch and Carlson: a cubic stays monotone if each slope is within three times both neighbouring
-// secants.
+// Fritsch and Carlson's condition: a cubic stays monotone if each slope is at most three times both
+// neighbouring secants.
 double limited(double slope, double left, double right) {
   return std::clamp(slope, 0.0, 3 * std::min(left, right));
 }
@@ -36,14 +36,14 @@ struct Sample {
   double shortening_m, delta_F;
 };
 
-// Samples on a uniform grid. The grid is halved until the previous table meets the tolerance at all
+// Samples on a uniform grid, which is halved until the previous table meets the tolerance at all
 // new points.
 class TableBuilder {
  public:
   TableBuilder(LevelModel& model, double area_m2, double tolerance)
       : model_(model), area_m2_(area_m2), tolerance_(tolerance) {}
 
-  // The first samples, over as much of the range as the level can solve.
+  // Takes the first samples over as much of the range as the level can solve.
   Result<> reach(double max_force_N) {
     const double tiny = 1e-7 * max_force_N;
     auto first = sample(tiny);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A level of the model, tabulated once into a monotone interpolant. Simulated benches and the plan
-// of a run evaluate it.
+// A level of the model, tabulated once as a monotone interpolant. Simulated benches and the plan of
+// a run evaluate it.
 #pragma once
 
 #include <memory>
@@ -43,7 +43,7 @@ class TabulatedResponse final : public SpecimenResponse {
   double delta_capacitance_F(double force_N) const { return delta_(force_N); }
   double c0_F() const override { return c0_F_; }
   double max_force_N() const { return max_force_N_; }  // both curves are straight beyond it
-  // of the table, compared with its level
+  // of the table with respect to its level
   double relative_error() const { return relative_error_; }
 
  private:
@@ -52,11 +52,11 @@ class TabulatedResponse final : public SpecimenResponse {
   double max_force_N_, relative_error_;
 };
 
-// Tabulates `settings` from 0 to max_force (over the disc area, dead load). Shortening and delta C
-// are within tolerance/10 of the level, relative, at every force; this is verified while building.
-// If the level finds no equilibrium at some force, the table ends at the last force it could solve
-// (see max_force_N()). Errors: as make_level_model; tolerance out of 1e-6 to 1; not even a
-// thousandth of max_force can be solved.
+// Tabulates `settings` from 0 to max_force (dead load over the disc area). Shortening and delta C
+// deviate from the level by at most tolerance/10, relative, at every force; this is verified while
+// the table is built. If the level finds no equilibrium at some force, the table ends at the last
+// force it could solve (see max_force_N()). Errors: as make_level_model; tolerance outside 1e-6 to
+// 1; not even a thousandth of max_force can be solved.
 Result<std::unique_ptr<TabulatedResponse>> make_response(const Specimen& specimen,
                                                          const LevelSettings& settings,
                                                          Force max_force, double tolerance);

@@ -15,7 +15,7 @@ bool positive(double value) {
   return std::isfinite(value) && value > 0;
 }
 
-// No solid lies outside of these limits, and within them no product or quotient of two leaves the
+// No solid lies outside these limits. Within them no product or quotient of two moduli leaves the
 // range of numbers.
 bool sensible_modulus(double value_Pa) {
   return value_Pa >= 1e-3 && value_Pa <= 1e15;

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/enum_words.hpp"
@@ -17,19 +16,19 @@ namespace lcrig {
 
 inline constexpr double kVacuumPermittivity_F_m = 8.8541878128e-12;  // CODATA 2018
 
-// How the layers are held sideways. This matters most: 100 kPa strains a 25 um layer seventeen
+// How the layers are held sideways. Nothing matters more: 100 kPa strains a 25 um layer seventeen
 // times more when its faces slide than when they are bonded.
 enum class Faces {
   free,  // every face slides without friction: uniaxial stress
   bonded_base,  // lowest face fixed to the base, layers stick to each other
-  // As bonded_base, and every soft layer is bonded to stiff films on both sides. These are the
-  // films listed as layers, otherwise its electrodes, which are then rigid and without thickness.
+  // As bonded_base, and every soft layer is bonded to stiff films on both sides: to those listed as
+  // layers, or else to the electrodes, which are then rigid and without thickness.
   bonded_laminate,
 };
 template <>
 inline constexpr EnumWords<3> kWordsOf<Faces>{"free", "bonded_base", "bonded_laminate"};
 
-// The thing that presses on the top face. It matters for the FEM levels only.
+// What presses on the top face. Only the FEM levels depend on it.
 enum class Top { pressure, plate, bonded_plate };  // uniform pressure; frictionless; bonded
 template <>
 inline constexpr EnumWords<3> kWordsOf<Top>{"pressure", "plate", "bonded_plate"};
@@ -42,7 +41,7 @@ struct Material {
   double poisson_ratio = 0;  // 0 to 0.5
   std::optional<double> given_shear_modulus_Pa;  // for the finite-strain levels
 
-  // mu of the finite-strain levels, Pa: the given one, otherwise E/(2(1+nu)).
+  // mu of the finite-strain levels, Pa: the given one if there is one, otherwise E/(2(1+nu)).
   double shear_modulus_Pa() const;
 };
 
@@ -55,15 +54,15 @@ struct Capacitor {
   std::vector<Layer> layers;  // base to top; the electrodes are below the first and above the last
 };
 
-// Air that stays under each electrode until it is pressed out (roughness, partial contact). Under
-// pressure P its height is height/(1 + P/half_pressure). Empirical, without physics behind it.
+// Air under each electrode that remains until it is pressed out (roughness, partial contact). Under
+// pressure P its height is height/(1 + P/half_pressure). Empirical; no physics stands behind it.
 struct ContactGap {
   double height_m = 0;
   double half_pressure_Pa = 0;
 };
 
-// One Prony term: under a held force the layers finally strain as if it were (1 + fraction) times
-// as large; time_s is the time constant. Only the simulated bench knows time; the levels ignore it.
+// One Prony term: under a held force the layers finally strain as if the force were (1 + fraction)
+// times as large; time_s is the time constant. Only the simulated bench uses it.
 struct Creep {
   double fraction = 0;
   double time_s = 0;
@@ -81,7 +80,7 @@ struct Specimen {
 
   double area_m2() const;
   const Material& material(const Layer& layer) const { return materials[layer.material]; }
-  // True for what is not a film: neither rigid nor 100 times stiffer than the softest material in
+  // True for everything but films: neither rigid nor 100 times stiffer than the softest material of
   // the stack.
   bool is_soft(const Material& material) const;
   // t / eps_r summed over the dielectric between two electrodes, m.
@@ -92,8 +91,8 @@ struct Specimen {
 };
 
 // Errors: invalid_request with the place, for an empty stack, sizes that are not finite and
-// positive, moduli and ratios out of range, or too many layers. Everything in model/ may rely on a
-// specimen that passed.
+// positive, moduli and ratios out of range, or too many layers. All of model/ relies on a specimen
+// that passed this check.
 Result<> check_specimen(const Specimen& specimen);
 
 }  // namespace lcrig

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the file format `specimen/1`, which says what a stack is made of. Used by the daemon, by
-// every command that takes a specimen, and by benchmarks.
+// Reads the file format `specimen/1`, which describes a stack. Used by the daemon, by every command
+// that takes a specimen, and by benchmarks.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace lcrig {
 
-// `source` is the name of the text in messages. The result has passed check_specimen. Errors:
+// `source` names the text in messages. The result has passed check_specimen. Errors:
 // invalid_request with position, JSON pointer, what was found and what was expected.
 Result<Specimen> parse_specimen(std::string_view text, const std::string& source);
-// Errors: as above, and io.
+// Errors: as parse_specimen, and io.
 Result<Specimen> load_specimen(const std::string& path);
 
 // The specimens that ship with the program, by name: paper-1, paper-2, paper-3.

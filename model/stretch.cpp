@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// With j = ln J as the unknown, every form has its stretches and pressure in closed form, and no
-// difference of nearly equal numbers appears at any strain. docs/model.md, section "One layer".
+// With j = ln J as the unknown, every form gives its stretches and pressure in closed form, and at
+// no strain is a difference of nearly equal numbers taken. docs/model.md, section "One layer".
 #include "model/stretch.hpp"
 
 #include <algorithm>
@@ -50,7 +50,7 @@ Volumetric volumetric(const Law& law, double j) {
   }
 }
 
-// mu and lambda forms: lambda_r^2 = 1 - h follows from zero radial stress.
+// Forms in mu and lambda: lambda_r^2 = 1 - h follows from zero radial stress.
 Loaded free_coupled(const Law& law, double j) {
   const auto [h, dh] = volumetric(law, j);
   const double r = 1 - h;
@@ -67,7 +67,7 @@ Loaded free_coupled(const Law& law, double j) {
 }
 
 // Root w of (1+w)^3 - 1 = d (1+w)^2, d >= 0, to full relative precision. Cardano's root of y = 1+w
-// has only positive terms; one Newton step in w restores the digits that y - 1 loses.
+// has only positive terms. One Newton step in w restores the digits that y - 1 loses.
 double cubic_root(double d) {
   const double d3 = d * d * d / 27;
   const double u = std::cbrt(d3 + 0.5 + std::sqrt(d3 + 0.25));
@@ -76,7 +76,7 @@ double cubic_root(double d) {
   return w - (w * (3 + w * (3 + w)) - d * y * y) / (3 * y * y - 2 * d * y);
 }
 
-// Isochoric forms: with y = (lambda_r/lambda_z)^(2/3), zero radial stress is y - y^-2 = -3 h.
+// Isochoric forms: with y = (lambda_r/lambda_z)^(2/3), zero radial stress means y - y^-2 = -3 h.
 Loaded free_split(const Law& law, double j) {
   const auto [h, dh] = volumetric(law, j);
   const double d = -3 * h;
@@ -120,7 +120,7 @@ Loaded evaluate(const Law& law, double j) {
 // Newton's method for ln p over ln x, x = -j, inside a bracket that every evaluation narrows. p
 // starts linear in x and grows like a power, so in logarithms both ends are nearly straight.
 std::optional<double> find_equilibrium(const Law& law, double target) {
-  double below = 0;  // x with too little pressure
+  double below = 0;  // x at which the pressure is too small
   double above = std::numeric_limits<double>::infinity();
   double x = std::min(target / -evaluate(law, 0).dp, 1.0);
   for (int i = 0; i < 200 && x < 300; ++i) {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One homogeneous layer under compression: from pressure to stretch, for every strain-energy form.
-// Used by the levels `hyperelastic` and `bonded` and for bounds on a specimen's stiffness.
+// One homogeneous layer under compression: the stretch under a pressure, for every strain-energy
+// form. Used by the levels `hyperelastic` and `bonded` and for bounds on a specimen's stiffness.
 #pragma once
-
-#include <optional>
-#include <string_view>
 
 #include "base/enum_words.hpp"
 #include "base/quantity.hpp"
@@ -39,8 +36,8 @@ struct Stretch {
 };
 
 // A neo-Hookean layer with shear modulus mu and Poisson ratio 0 <= nu <= 0.5. At 0.5, forms A to E
-// become the incompressible one. pressure >= 0. Errors: bad input; no equilibrium (form B beyond
-// its largest pressure).
+// become the incompressible one. Precondition: pressure >= 0. Errors: bad input; no equilibrium
+// (form B beyond its largest pressure).
 Result<Stretch> solve_stretch(Pressure shear_modulus, double poisson_ratio, EnergyForm form,
                               Lateral lateral, PressureKind kind, Pressure pressure);
 

@@ -16,7 +16,7 @@ namespace lcrig::plot {
 
 namespace {
 
-// Okabe and Ito's colours, in an order in which neighbours also differ in grey.
+// Colours by Okabe and Ito, in an order in which neighbours also differ in grey.
 constexpr std::array<std::string_view, 6> kColors{"#0b3d91", "#c8500a", "#2f2f2f",
                                                   "#009e73", "#a0468c", "#7a6a00"};
 constexpr std::array<Dash, 5> kDashes{Dash::solid, Dash::dashed, Dash::dash_dot, Dash::dotted,
@@ -25,7 +25,7 @@ constexpr std::array<Marker, 7> kMarkers{Marker::circle,       Marker::square, M
                                          Marker::diamond,      Marker::cross,  Marker::plus,
                                          Marker::triangle_down};
 constexpr std::string_view kShade = "#ececec", kBandShade = "#c9d6e8", kGrid = "#dddddd";
-constexpr double kThinMarksFrom = 400;  // points; with fewer, all are drawn
+constexpr double kThinMarksFrom = 400;  // points; with fewer than these, all are drawn
 constexpr double kColumnGap = 24;
 
 // Draws the part of a panel that is inside its frame.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Charts as data, and their conversion to self-contained SVG, for reports and the command line.
-// Legible in grey, because series differ in dash pattern and marker; colour only helps. Only
-// data is drawn over data.
+// Charts as data, and their conversion to self-contained SVG. Reports and the command line use
+// them. Series differ in dash pattern and marker, so a chart is legible in grey; colour only helps.
+// Nothing but data is drawn over data.
 #pragma once
 
 #include <optional>
@@ -19,16 +19,16 @@ struct Style {
   Dash dash = Dash::solid;
   Marker marker = Marker::none;
   bool line = true;
-  bool filled = true;  // of the marker
+  bool filled = true;  // the marker is filled
   double width = 1.5;  // of the line, pixels
 };
 // The n-th style of a set that can be told apart without colour: lines only, or markers only.
 Style line_style(std::size_t n);
 Style mark_style(std::size_t n);
 
-// A value that is not finite (or not positive on a logarithmic axis) breaks the line.
+// A value that is not finite (or not positive on a logarithmic axis) interrupts the line.
 struct Series {
-  std::string label;  // in the legend; empty: no entry
+  std::string label;  // for the legend; empty: no entry
   std::vector<double> x, y;
   std::vector<double> error;  // half length of the error bars; empty: none
   Style style;
@@ -43,13 +43,13 @@ struct Series {
   }
 };
 
-struct Band {  // between two curves
+struct Band {  // the area between two curves
   Band() = default;
   std::string label;
   std::vector<double> x, low, high;
 };
 
-struct Range {  // of x, shaded; its label is above the plot
+struct Range {  // a shaded range of x; its label stands above the plot
   Range() = default;
   double from = 0, to = 0;
   std::string label;
@@ -62,7 +62,7 @@ struct Rule {  // a straight line across the plot
   Dash dash = Dash::solid;
 };
 
-struct Tag {  // a word beside a point, left out where it would cover another tag
+struct Tag {  // a word beside a point; left out where it would cover another tag
   Tag() = default;
   double x = 0, y = 0;
   std::string text;
@@ -71,7 +71,7 @@ struct Tag {  // a word beside a point, left out where it would cover another ta
 struct Axis {
   std::string label;  // with its unit
   bool log = false;
-  std::optional<double> low, high;  // absent: from the data
+  std::optional<double> low, high;  // absent: taken from the data
   bool with_zero = false;
 };
 

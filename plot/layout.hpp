@@ -17,7 +17,7 @@ struct Scale {
   double low = 0, high = 1;
   bool log = false;
   double from = 0, to = 1;
-  // finite, and positive on a logarithmic axis
+  // true if finite, and positive on a logarithmic axis
   bool shows(double value) const { return std::isfinite(value) && (!log || value > 0); }
   double operator()(double value) const;
   // As operator(), limited to the axis. A value that the axis cannot show goes to its low end.
@@ -36,7 +36,7 @@ struct PanelLayout {
   std::vector<LegendEntry> legend;  // relative to the panel's corner
   Ticks x_ticks, y_ticks;
   Scale x, y;  // pixels relative to the panel's corner
-  double head = 0;  // of everything above the plot
+  double head = 0;  // height of everything above the plot
   double left = 0, right = 0;  // margins
   double width = 0, height = 0;  // of the panel
   bool empty = false;
@@ -44,8 +44,8 @@ struct PanelLayout {
 
 // The left margin that the labels of the y axis need.
 double wanted_left_margin(const Panel& panel);
-// `left` is the margin shared by a column of panels. The head is at least `head` high, so that
-// plots beside each other are aligned.
+// Lays out one panel. `left` is the margin that a column of panels shares. The head is at least
+// `head` high, so that plots side by side are aligned.
 PanelLayout lay_out(const Panel& panel, double width, double left, double head = 0);
 
 }  // namespace lcrig::plot

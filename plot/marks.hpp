@@ -13,7 +13,7 @@ namespace lcrig::plot {
 
 // With at most one decimal, because nobody sees less than a tenth of a pixel.
 std::string coordinate(double value);
-std::string_view dash_pattern(Dash dash);  // value of stroke-dasharray; empty: solid
+std::string_view dash_pattern(Dash dash);  // for stroke-dasharray; empty: solid
 
 std::string line_element(Pixel a, Pixel b, std::string_view color, double width, Dash dash);
 std::string polyline_element(std::span<const Pixel> points, const Style& style);

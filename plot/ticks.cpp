@@ -55,7 +55,7 @@ Ticks linear_ticks(double low, double high, int most) {
   Ticks out;
   double step = round_step((high - low) / std::max(most, 2));
   double first = 0, last = 0;
-  for (int i = 0; i < 3; ++i) {  // the ends may add one tick too many; then try the next step
+  for (int i = 0; i < 3; ++i) {  // if the ends add one tick too many, try the next step
     first = std::ceil(low / step - 1e-9);
     last = std::floor(high / step + 1e-9);
     if (last - first + 1 <= most) break;

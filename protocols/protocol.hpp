@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
@@ -31,9 +32,11 @@ struct Limits {
 
 inline constexpr double kFrameRate_Hz = 50;  // when the protocol states none
 
+inline constexpr std::string_view kAutoAperture = "auto";  // the plan chooses and says why
+
 struct Sampling {
   LcrSettings lcr;
-  bool aperture_auto = false;  // "auto": the plan chooses and says why; lcr.aperture is ignored
+  bool aperture_auto = false;  // lcr.aperture is ignored
   bool lcr_continuous = true;  // also record between `measure` steps
   double frame_rate_Hz = kFrameRate_Hz;
 };

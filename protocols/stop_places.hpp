@@ -8,7 +8,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "protocols/expand.hpp"
 
@@ -19,9 +18,6 @@ namespace lcrig {
 enum class StopPlace { step, level, cycle, repeat, safe_point };
 template <>
 inline constexpr EnumWords<5> kWordsOf<StopPlace>{"step", "level", "cycle", "repeat", "safe_point"};
-inline std::optional<StopPlace> parse_stop_place(std::string_view word) {
-  return parse_word<StopPlace>(word);
-}
 std::string place_words(StopPlace place);  // "safe point"
 std::string stop_place_words();  // "step, level, cycle, repeat, safe_point"
 

@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <future>
 #include <memory>
-#include <optional>
 #include <string_view>
 #include <utility>
 

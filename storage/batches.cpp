@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
 #include "storage/queue_rows.hpp"
@@ -17,9 +16,8 @@ constexpr std::string_view kBatchColumns =
 
 StoredBatch read_batch(const Statement& s) {
   StoredBatch out;
-  std::string order;
-  s.read(out.batch, out.name, out.file_name, order, out.seed, out.added_by, out.added_unix_ns);
-  out.order = parse_word(order, BatchOrder::random).value_or(BatchOrder::random);
+  out.order = BatchOrder::random;  // of a word that is not known
+  s.read(out.batch, out.name, out.file_name, out.order, out.seed, out.added_by, out.added_unix_ns);
   return out;
 }
 
@@ -35,24 +33,29 @@ Result<std::int64_t> insert_batch(const Database& db, const StoredBatch& batch,
   auto stored = db.change(
       "INSERT INTO batch (name, file_name, file_sha256, run_order, seed, added_by, added_uid,"
       " added_unix_ns) VALUES (?,?,?,?,?,?,?,?)",
-      batch.name, batch.file_name, *text, to_string(batch.order), batch.seed, who.user,
-      who.uid.value_or(-1), who.now_unix_ns);
+      batch.name, batch.file_name, *text, batch.order, batch.seed, who.user, who.uid.value_or(-1),
+      who.now_unix_ns);
   if (!stored) return fail(stored.error());
   return db.last_insert_id();
 }
 
 BatchListing read_batch_listing(const Statement& s) {
   BatchListing out;
-  std::string state, runs_json;
-  s.read(out.position, out.line, out.repeat, out.entry, state, out.protocol_name,
+  std::string runs_json;
+  s.read(out.position, out.line, out.repeat, out.entry, out.state, out.protocol_name,
          out.parameters_json, out.specimen_name, out.note, runs_json);
-  out.state = read_entry_state(state);
   const auto runs = nlohmann::json::parse(runs_json, nullptr, false);
   for (const auto& run : runs) out.runs.push_back(run.get<std::int64_t>());
   return out;
 }
 
 }  // namespace
+
+std::string order_words(BatchOrder order, std::int64_t seed) {
+  if (order == BatchOrder::given) return "in the order of the table";
+  return fmt::format("{}, seed {}", order == BatchOrder::blocks ? "in blocks" : "in random order",
+                     seed);
+}
 
 Result<std::vector<std::int64_t>> add_batch_to_queue(const Database& db, const StoredBatch& batch,
                                                      std::string_view file_text, std::size_t count,

@@ -23,6 +23,9 @@ struct StoredBatch {
   std::int64_t added_unix_ns = 0;
 };
 
+// "in blocks, seed 1234"
+std::string order_words(BatchOrder order, std::int64_t seed);
+
 // A run of a batch, and its row in the table. `run` is valid until the next one is asked for.
 struct BatchedRun {
   const QueuedRun* run = nullptr;

@@ -8,6 +8,7 @@
 
 #include "base/iso_time.hpp"
 #include "base/json_or_null.hpp"
+#include "base/time.hpp"
 #include "storage/corrections.hpp"
 
 namespace lcrig {
@@ -62,7 +63,6 @@ std::optional<MeterCorrections> parse_corrections(std::string_view text) {
 }
 
 std::int64_t days_between(std::int64_t made_unix_ns, std::int64_t at_unix_ns) {
-  constexpr std::int64_t kDay_ns = 86'400'000'000'000;
   return std::max<std::int64_t>(0, at_unix_ns / kDay_ns - made_unix_ns / kDay_ns);
 }
 

@@ -31,7 +31,7 @@ Result<> look_up_corrections(const Database& db, MeterCorrections& meter) {
         "SELECT made_unix_ns, operator FROM lcr_correction WHERE meter = ? AND kind = ?"
         " ORDER BY id DESC LIMIT 1",
         [&state](const Statement& s) { s.read(state.made_unix_ns, state.made_by); }, meter.meter,
-        to_string(kind));
+        kind);
     if (!found) return found;
   }
   return {};

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/correction_kind.hpp"
+#include "base/meter_words.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {

@@ -16,6 +16,11 @@ constexpr std::int32_t kApplicationId = 0x6c637267;  // "lcrg", in the file's he
 // and writers block each other.
 inline constexpr const char* kInMemory = "memdb";
 
+// How much of the disk must stay free beside a planned run, for what no plan can know, such as
+// pauses and losses of instruments. The recorder refuses a run that leaves less; `lcrig doctor`
+// warns.
+inline constexpr std::int64_t kStaysFree_bytes = 64 << 20;
+
 // Creates or migrates the file (which is logged); sets WAL, synchronous=FULL and foreign keys. Its
 // -wal and -shm stay beside it for good, because readers may lack the right to create them. Refuses
 // a file that is not a database, belongs to another program, or has a newer schema than this

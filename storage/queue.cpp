@@ -17,7 +17,7 @@ namespace {
 constexpr std::int64_t kStep = std::int64_t{1} << 20U;
 
 Result<EntryState> state_of(std::string_view word) {
-  if (const auto known = parse_word(word, EntryState::removed)) return *known;
+  if (const auto known = parse_word<EntryState>(word)) return *known;
   return fail(Errc::garbled, "the queue holds an entry in state \"{}\"", printable(word, 40));
 }
 
@@ -153,10 +153,10 @@ Result<std::int64_t> insert_entry(const Database& db, const QueuedRun& run, std:
   auto stored = db.change(
       "INSERT INTO queue_entry (place, state, protocol_name, protocol_sha256, parameters_json,"
       " specimen_name, specimen_sha256, operator, note, terms_json, plan_json, added_by,"
-      " added_uid, added_unix_ns) VALUES (?,'waiting',?,?,?,?,?,?,?,?,?,?,?,?)",
-      place, run.protocol_name, *protocol, run.parameters_json, run.specimen_name, *specimen,
-      run.operator_name, run.note, run.terms_json, run.plan_json, who.user, who.uid.value_or(-1),
-      who.now_unix_ns);
+      " added_uid, added_unix_ns) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)",
+      place, EntryState::waiting, run.protocol_name, *protocol, run.parameters_json,
+      run.specimen_name, *specimen, run.operator_name, run.note, run.terms_json, run.plan_json,
+      who.user, who.uid.value_or(-1), who.now_unix_ns);
   if (!stored) return fail(stored.error());
   return db.last_insert_id();
 }
@@ -181,6 +181,15 @@ Result<> append_queue_act(const Database& db, std::string_view act,
       who.now_unix_ns, act, entry, who.user, who.uid, detail);
 }
 
+Result<> set_entry_state(const Database& db, std::int64_t entry, EntryState state) {
+  const bool leaves =
+      state == EntryState::done || state == EntryState::skipped || state == EntryState::removed;
+  return db.change(leaves ? "UPDATE queue_entry SET state = ?, place = NULL, resumes_run = NULL "
+                            "WHERE id = ?"
+                          : "UPDATE queue_entry SET state = ?, resumes_run = NULL WHERE id = ?",
+                   state, entry);
+}
+
 Result<std::string> store_queue_text(const Database& db, const std::string& text) {
   std::string sha256 = sha256_hex(text);
   auto stored = db.change("INSERT OR IGNORE INTO queue_text (sha256, text) VALUES (?,?)", sha256,
@@ -197,8 +206,9 @@ Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::siz
   if (!slot) return fail(slot.error());
   // A queue that had finished does not start by itself when an entry is added.
   auto begun_anew = db.change(
-      "UPDATE queue_state SET held_cause = 'not_started', held_why = 'nobody has started it'"
-      " WHERE going = 0 AND held_cause = 'empty'");
+      "UPDATE queue_state SET held_cause = ?, held_why = 'nobody has started it'"
+      " WHERE going = 0 AND held_cause = ?",
+      HoldCause::not_started, HoldCause::empty);
   if (!begun_anew) return fail(begun_anew.error());
   const auto detail = fmt::format("{}{}{}", words_of(place), why.empty() ? "" : ", ", why);
   std::vector<std::int64_t> out;
@@ -247,10 +257,7 @@ Result<> remove_from_queue(const Database& db, std::int64_t entry, const QueueAc
   if (*state == EntryState::running) {
     return fail(Errc::invalid_request, "entry {} is running: `lcrig abort` stops its run", entry);
   }
-  auto removed = db.change(
-      "UPDATE queue_entry SET state = 'removed', place = NULL, resumes_run = NULL WHERE id = ?",
-      entry);
-  if (!removed) return removed;
+  if (auto r = set_entry_state(db, entry, EntryState::removed); !r) return r;
   if (auto r = append_queue_act(db, "remove", entry, "", who); !r) return r;
   return transaction->commit();
 }
@@ -259,15 +266,13 @@ Result<std::int64_t> clear_queue(const Database& db, const QueueActor& who) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
   auto entries = db.rows<std::int64_t>(
-      "SELECT id FROM queue_entry WHERE place IS NOT NULL AND state <> 'running' ORDER BY place");
+      "SELECT id FROM queue_entry WHERE place IS NOT NULL AND state <> ? ORDER BY place",
+      EntryState::running);
   if (!entries) return fail(entries.error());
   for (const std::int64_t entry : *entries) {
+    if (auto r = set_entry_state(db, entry, EntryState::removed); !r) return fail(r.error());
     if (auto r = append_queue_act(db, "remove", entry, "clear", who); !r) return fail(r.error());
   }
-  auto cleared = db.change(
-      "UPDATE queue_entry SET state = 'removed', place = NULL, resumes_run = NULL"
-      " WHERE place IS NOT NULL AND state <> 'running'");
-  if (!cleared) return fail(cleared.error());
   if (auto r = transaction->commit(); !r) return fail(r.error());
   return static_cast<std::int64_t>(entries->size());
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/enum_words.hpp"
 #include "storage/queue.hpp"
 #include "storage/queue_rows.hpp"
 
@@ -19,11 +18,9 @@ constexpr std::string_view kQueueListing =
 
 QueueListing read_queue_listing(const Statement& s) {
   QueueListing out;
-  std::string state;
-  s.read(out.entry, state, out.protocol_name, out.parameters_json, out.specimen_name,
+  s.read(out.entry, out.state, out.protocol_name, out.parameters_json, out.specimen_name,
          out.operator_name, out.note, out.terms_json, out.plan_json, out.added_by,
          out.added_unix_ns, out.resumes_run, out.attempts, out.last_run);
-  out.state = read_entry_state(state);
   return out;
 }
 
@@ -35,12 +32,10 @@ QueueAct read_queue_act(const Statement& s) {
 
 QueueState read_queue_state(const Statement& s) {
   QueueState out;
-  std::string held;
   std::optional<std::string> locked_by;
   QueueLock lock;
-  s.read(out.going, held, out.held_why, out.failures_in_row, out.on_rig, locked_by, lock.uid,
+  s.read(out.going, out.held, out.held_why, out.failures_in_row, out.on_rig, locked_by, lock.uid,
          lock.why);
-  out.held = parse_word(held, HoldCause::bug);
   if (!locked_by) return out;
   lock.user = std::move(*locked_by);
   out.lock = std::move(lock);
@@ -60,10 +55,6 @@ Error no_such_entry(std::int64_t entry) {
 }
 
 }  // namespace
-
-EntryState read_entry_state(std::string_view word) {
-  return parse_word(word, EntryState::removed).value_or(EntryState::waiting);
-}
 
 Result<QueueState> get_queue_state(const Database& db) {
   auto state = db.first(
@@ -89,7 +80,8 @@ Result<std::int64_t> count_queue(const Database& db) {
 Result<std::int64_t> planned_bytes(const Database& db) {
   return db.integer(
       "SELECT coalesce(sum(plan_json ->> '$.bytes'), 0) FROM queue_entry"
-      " WHERE place IS NOT NULL AND state <> 'running'");
+      " WHERE place IS NOT NULL AND state <> ?",
+      EntryState::running);
 }
 
 Result<std::int64_t> count_before(const Database& db, std::int64_t entry) {

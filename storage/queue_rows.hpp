@@ -21,6 +21,6 @@ Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::siz
                                                     const QueuedRuns& run_at, QueuePlace place,
                                                     const QueueActor& who,
                                                     std::string_view why = {});
-EntryState read_entry_state(std::string_view word);
+Result<> set_entry_state(const Database& db, std::int64_t entry, EntryState state);
 
 }  // namespace lcrig

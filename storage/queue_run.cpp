@@ -2,23 +2,14 @@
 #include "storage/queue_run.hpp"
 
 #include "base/exit_status.hpp"
+#include "storage/queue_rows.hpp"
 
 namespace lcrig {
 
 namespace {
 
 Result<> set_held(const Database& db, HoldCause cause, std::string_view why) {
-  return db.change("UPDATE queue_state SET going = 0, held_cause = ?, held_why = ?",
-                   to_string(cause), why);
-}
-
-Result<> set_entry_state(const Database& db, std::int64_t entry, EntryState state) {
-  const bool leaves =
-      state == EntryState::done || state == EntryState::skipped || state == EntryState::removed;
-  return db.change(leaves ? "UPDATE queue_entry SET state = ?, place = NULL, resumes_run = NULL "
-                            "WHERE id = ?"
-                          : "UPDATE queue_entry SET state = ?, resumes_run = NULL WHERE id = ?",
-                   to_string(state), entry);
+  return db.change("UPDATE queue_state SET going = 0, held_cause = ?, held_why = ?", cause, why);
 }
 
 Result<> refuse_choice(HeadChoice choice, const std::optional<QueueListing>& head,
@@ -59,18 +50,18 @@ Result<> apply_choice(const Database& db, HeadChoice choice, const QueueListing&
     case HeadChoice::repeat: return set_entry_state(db, head.entry, EntryState::waiting);
     case HeadChoice::skip: return set_entry_state(db, head.entry, EntryState::skipped);
     case HeadChoice::resume:
-      return db.change("UPDATE queue_entry SET state = 'waiting', resumes_run = ? WHERE id = ?",
-                       head.last_run, head.entry);
+      return db.change("UPDATE queue_entry SET state = ?, resumes_run = ? WHERE id = ?",
+                       EntryState::waiting, head.last_run, head.entry);
   }
   return {};
 }
 
 // How the last attempt of an entry ended, judged by its run.
 Result<EntryState> settled_state(const Database& db, std::int64_t run) {
-  auto end = db.first<std::string>("SELECT exit_status FROM run_end WHERE run_id = ?", run);
+  auto end = db.first<ExitStatus>("SELECT exit_status FROM run_end WHERE run_id = ?", run);
   if (!end) return fail(end.error());
-  if (!*end || **end == to_string(ExitStatus::interrupted)) return EntryState::interrupted;
-  return **end == to_string(ExitStatus::success) ? EntryState::done : EntryState::failed;
+  if (!*end || **end == ExitStatus::interrupted) return EntryState::interrupted;
+  return **end == ExitStatus::success ? EntryState::done : EntryState::failed;
 }
 
 Result<> settle_head(const Database& db, const QueueListing& head, const QueueActor& who) {

@@ -33,7 +33,7 @@ Result<RunListing> read_listing(const Statement& s) {
   s.read(out.run, out.protocol_name, out.specimen_name, out.operator_name, out.simulated,
          out.started_unix_ns, end, out.reason, out.ended_unix_ns, out.lcr_readings,
          out.frame_samples, out.levels, out.events, out.uuid);
-  if (end) out.exit_status = parse_exit_status(*end);
+  if (end) out.exit_status = parse_word<ExitStatus>(*end);
   if (!end || out.exit_status) return out;
   return fail(Errc::garbled, "run {}: ended with an unknown word, `{}`", out.run, *end);
 }
@@ -92,7 +92,7 @@ Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {
 
 Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& filter) {
   // Statuses of a run without an end are not in the database; the writer's lock below gives them.
-  const std::string end = parse_exit_status(filter.status) ? filter.status : "";
+  const std::string end = parse_word<ExitStatus>(filter.status) ? filter.status : "";
   auto sql = listing_sql(db);
   if (!sql) return fail(sql.error());
   auto tags = get_tags(db);

@@ -4,6 +4,9 @@
 #include <cstdlib>
 #include <vector>
 
+#include "base/exit_status.hpp"
+#include "events/event_kind.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -64,10 +67,9 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
   auto level = db.first<double>(
       "SELECT AVG(capacitance_F) FROM lcr_reading JOIN level USING (run_id, level) "
       "WHERE run_id = ?1 AND reading_index IS NOT NULL AND level NOT IN (SELECT "
-      "json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = "
-      "'level_abandoned') AND target_force_N > 0.999 * "
-      "(SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
-      run);
+      "json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = ?2) AND "
+      "target_force_N > 0.999 * (SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
+      run, EventKind::level_abandoned);
   if (!level || *level) return level;
   auto instants = peaks(db, run, peak_N);
   if (!instants) return fail(instants.error());
@@ -82,18 +84,18 @@ Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
       "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
       // Readings of an abandoned level do not count: the level was begun again.
       " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1 AND (level IS NULL OR level"
-      "  NOT IN (SELECT json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind ="
-      "  'level_abandoned'))),"
+      "  NOT IN (SELECT json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = "
+      "?2))),"
       " (SELECT COUNT(*) FROM frame_sample WHERE run_id = ?1)",
-      read, run);
+      read, run, EventKind::level_abandoned);
 }
 
 Result<std::optional<double>> c0_of(const Database& db, std::int64_t run) {
   return db.first<double>(
       "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
       "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
-      "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
-      run);
+      "WHERE run_id = ?1 AND kind IN (?2, ?3))",
+      run, EventKind::contact, EventKind::confirm);
 }
 
 }  // namespace
@@ -103,10 +105,10 @@ Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view speci
   // A run without contact, such as a passive recording, has no C0; then an earlier run may have
   // one.
   auto runs = db.rows<std::int64_t>(
-      "SELECT run.id FROM run JOIN run_end ON run_id = id WHERE specimen_name = ? AND exit_status ="
-      " 'success' AND json_extract(lcr_settings_json, '$.frequency_Hz') = ?"
+      "SELECT run.id FROM run JOIN run_end ON run_id = id WHERE specimen_name = ? AND"
+      " exit_status = ? AND json_extract(lcr_settings_json, '$.frequency_Hz') = ?"
       " ORDER BY started_unix_ns DESC, id DESC LIMIT 5",
-      specimen, frequency_Hz);
+      specimen, ExitStatus::success, frequency_Hz);
   if (!runs) return fail(runs.error());
   for (const std::int64_t run : *runs) {
     auto c0 = c0_of(db, run);
@@ -131,9 +133,9 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
   // A peak between two samples is only in the report that the frame sends at the end of the motion.
   constexpr std::string_view kPeak =
       "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = ?1 UNION ALL"
-      " SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE run_id = ?1 AND kind ="
-      " 'motion')";
-  if (read) read = keep(db.first<double>(kPeak, run), out.peak_force_N);
+      " SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE run_id = ?1 AND"
+      " kind = ?2)";
+  if (read) read = keep(db.first<double>(kPeak, run, EventKind::motion), out.peak_force_N);
   if (!read) return fail(read.error());
   if (!out.c0_F || !out.peak_force_N) return out;
   auto top = capacitance_at_peak(db, run, *out.peak_force_N);

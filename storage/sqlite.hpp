@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "base/result.hpp"
 
 struct sqlite3;
@@ -34,6 +35,11 @@ class Statement {
   void bind_blob(int parameter, std::span<const unsigned char> bytes);
   void bind_null(int parameter);
   void bind(int parameter, std::optional<std::int64_t> value);  // none: NULL
+  template <class E>
+    requires std::is_enum_v<E>
+  void bind(int parameter, E value) {
+    bind(parameter, to_string(value));
+  }
 
   Result<bool> step();  // true: there is a row
   Result<> run();  // runs to the end, then resets
@@ -62,7 +68,8 @@ class Statement {
   // Valid until the next step, run or reset.
   std::string_view text(int column) const;
   std::span<const unsigned char> blob(int column) const;
-  // Reads the columns, from the first on, into variables of their types. An optional takes NULL.
+  // Reads the columns, from the first on, into variables of their types. An optional takes NULL. An
+  // unknown word leaves an enumeration as it is.
   template <class... Values>
   void read(Values&... out) const {
     int column = 0;
@@ -82,6 +89,8 @@ class Statement {
       out = static_cast<T>(integer(column));
     } else if constexpr (std::is_same_v<T, double>) {
       out = real(column);
+    } else if constexpr (HasWords<T>) {
+      out = parse_word<T>(text(column)).value_or(out);
     } else {
       out = text(column);
     }
@@ -89,7 +98,11 @@ class Statement {
   template <class T>
   void get(int column, std::optional<T>& out) const {
     out.reset();
-    if (!is_null(column)) get(column, out.emplace());
+    if constexpr (HasWords<T>) {
+      out = parse_word<T>(text(column));
+    } else if (!is_null(column)) {
+      get(column, out.emplace());
+    }
   }
 
   std::unique_ptr<sqlite3_stmt, Finalize> handle_;

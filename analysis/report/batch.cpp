@@ -28,7 +28,7 @@ Error no_batch(const Database& db, std::string_view name) {
                            list.empty() ? "it has none" : "known: " + printable(list, 1000)));
 }
 
-// Drops the rows that pictures and tables do not need: many megabytes.
+// Frees the rows, many megabytes, that the batch's pictures and tables do not need.
 void drop_rows(RunData& data) {
   data.readings = {};
   data.frame = {};
@@ -56,7 +56,7 @@ Result<BatchedResult> result_of(const Database& db, BatchListing listing,
   return out;
 }
 
-// Which branch and time each run means, each once.
+// The different estimands of the runs, each listed once.
 std::vector<std::string> estimands_of(const std::vector<const RunAnalysis*>& runs,
                                       std::size_t metric) {
   std::vector<std::string> out;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the runs of a batch, for `lcrig report --batch`: repeats of a specimen under a protocol,
-// their mean and how much they scatter. docs/report.md describes the page.
+// Compares the runs of a batch, for `lcrig report --batch`. Runs of one specimen under one protocol
+// are repeats; the page shows their mean and scatter. docs/report.md describes it.
 #pragma once
 
 #include <array>
@@ -15,21 +15,21 @@
 
 namespace lcrig {
 
-// An entry of the batch and the run that counts: the last one.
+// An entry of a batch with the run that counts for it: the last one.
 struct BatchedResult {
   BatchListing listing;
-  std::optional<ReportRun> run;  // without its readings; absent: nothing to analyse
-  std::string no_run;  // why it is absent
-  bool counts() const;  // it ended well: part of means and scatters
+  std::optional<ReportRun> run;  // without its readings; absent: there is nothing to analyse
+  std::string no_run;  // why `run` is absent
+  bool counts() const;  // the run ended well, so means and scatters include it
 };
 
-// One result of several runs that ought to be equal.
+// One result of several runs that ought to agree.
 struct BetweenRuns {
   std::string label;  // "sensitivity 0–30 kPa, fF/kPa"
-  std::vector<std::string> estimands;  // which branch and time; more than one: the runs differ
-  std::size_t runs = 0;  // that have it
+  std::vector<std::string> estimands;  // branch and time; if several, the runs differ in them
+  std::size_t runs = 0;  // number of runs that have this result
   double mean = 0;
-  std::optional<double> scatter;  // standard deviation between runs; two at least
+  std::optional<double> scatter;  // standard deviation between runs; needs two of them
   std::optional<std::array<double, 2>> interval;  // of the mean
   std::optional<double> within;  // root mean square of the runs' own standard errors
 };
@@ -44,16 +44,16 @@ struct BatchReport {
   StoredBatch batch;
   double confidence = kConfidence;
   std::vector<BatchedResult> results;
-  std::vector<BatchGroup> groups;  // in the order of their first row; points into `results`
+  std::vector<BatchGroup> groups;  // in the order of their first row; they point into `results`
 };
 
-// Errors: invalid_request (no such batch; it names those that exist), an unreadable database.
+// Errors: invalid_request (no such batch; the message names those that exist), unreadable database.
 Result<BatchReport> load_batch_report(const Database& db, std::string_view name,
                                       const AnalysisOptions& options = {});
 std::string batch_report_html(const BatchReport& report);
 nlohmann::json to_json(const BatchReport& report);
 
-// Mean, scatter and the t interval of equal weights. Absent runs are not in `values`.
+// Mean, scatter and t interval, with equal weights. Runs without the result are not in `values`.
 BetweenRuns between_runs(const std::vector<Estimate>& values, double confidence);
 
 }  // namespace lcrig

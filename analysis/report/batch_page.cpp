@@ -16,19 +16,12 @@ namespace report {
 
 namespace {
 
-std::string order_of(const StoredBatch& batch) {
-  if (!batch.seed) return "in the order of the table";
-  return fmt::format("{}, seed {}",
-                     batch.order == BatchOrder::blocks ? "in blocks" : "in random order",
-                     *batch.seed);
-}
-
 std::string group_name(const BatchGroup& group) {
   const std::string parameters = group.parameters_json == "{}" ? "" : " " + group.parameters_json;
   return fmt::format("{}, {}{}", group.specimen, group.protocol, parameters);
 }
 
-// Runs whose slopes are not the same slope are told apart.
+// Adds the estimands to the label, so that a reader sees when runs measured different slopes.
 std::string label_with_estimands(const BetweenRuns& q) {
   std::string out = text(q.label);
   for (const std::string& estimand : q.estimands) out += estimand_line(estimand);
@@ -55,7 +48,7 @@ std::string run_number(const BatchedResult& result) {
   return result.listing.runs.empty() ? "–" : std::to_string(result.listing.runs.back());
 }
 
-// One row a run: what people look for first.
+// A table with one row for each run. It has the results that people look for first.
 std::string run_table(const BatchGroup& group) {
   const auto with_run = std::ranges::find_if(
       group.results, [](const BatchedResult* r) { return r->run.has_value(); });
@@ -130,10 +123,11 @@ std::string batch_report_html(const BatchReport& report) {
   const auto good = std::ranges::count_if(report.results, &BatchedResult::counts);
   const std::string title = "Batch " + batch.name;
   std::string body = "<h1>" + text(title) + "</h1>\n";
-  body += paragraph(fmt::format("{} of {} runs ended well; {}, {}; queued {} by {}", good,
-                                report.results.size(), text(batch.file_name), order_of(batch),
-                                iso_time(batch.added_unix_ns), text(batch.added_by)),
-                    "lead");
+  body += paragraph(
+      fmt::format("{} of {} runs ended well; {}, {}; queued {} by {}", good, report.results.size(),
+                  text(batch.file_name), order_words(batch.order, batch.seed.value_or(0)),
+                  iso_time(batch.added_unix_ns), text(batch.added_by)),
+      "lead");
   body += simulated_box(report);
   body += section("failures", "Failures", failures(report));
   body +=

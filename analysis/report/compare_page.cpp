@@ -14,7 +14,7 @@ std::string simulated_word(const ReportRun& run) {
   return is_simulated(run) ? "<b>simulated</b>" : "measured";
 }
 
-// One column a run.
+// A table with one column for each run.
 std::string results_table(std::span<const ReportRun> runs) {
   std::vector<std::string> heads{""};
   for (const ReportRun& run : runs) {
@@ -71,7 +71,7 @@ std::string increase_table(std::span<const ReportRun> runs) {
          table.html();
 }
 
-// What `part` says of each run, under its name.
+// The texts that `part` makes of each run, under the name of the run.
 template <class Part>
 std::string each_run(std::span<const ReportRun> runs, Part part) {
   std::string out;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures over pressure and force.
+// The pictures over pressure and over force.
 #include "analysis/report/figures.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@ plot::Style marks(Direction direction) {
   return plot::mark_style(direction == Direction::up ? 0 : 1);
 }
 
-// Loaded readings of the cycles, as the sensitivity takes them: both against the rest before.
+// Calls `take` with each loaded reading of the cycles, relative to the rest before it.
 template <class Take>
 void each_loaded(const ReportRun& run, Take take) {
   const double rest_N = run.data.rest_force_N.value_or(0);
@@ -36,7 +36,7 @@ void each_loaded(const ReportRun& run, Take take) {
   }
 }
 
-// Every level of every repeat, or, without levels, every loaded reading.
+// Adds every level of every repeat. A run without levels shows every loaded reading.
 void add_single_points(const ReportRun& run, plot::Panel& panel) {
   plot::Series up, down;
   if (!run.analysis.levels.empty()) {
@@ -128,7 +128,7 @@ void add_model(const ReportRun& run, plot::Panel& panel) {
   panel.series.push_back(std::move(line));
 }
 
-// Residuals of what the fit used: levels, or the readings of rising pressure.
+// Residuals of the points that the fit used: levels, or the readings at rising pressure.
 plot::Panel residual_panel(const ReportRun& run) {
   plot::Panel panel;
   panel.title = "Residuals of the fits";
@@ -246,7 +246,7 @@ std::string model_figure(const ReportRun& run) {
 
 namespace {
 
-// Loaded readings of one branch of all cycles, above the rest of their cycle.
+// Loaded readings of one branch over all cycles, relative to the rest of their cycle.
 plot::Series branch(const ReportRun& run, bool loading) {
   plot::Series series;
   series.label = loading ? "loading, each reading" : "unloading, each reading";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of a report; inside the report only. An empty text: the run has nothing to show.
+// The pictures of a report. Private to the report. An empty text: the run has nothing to show.
 #pragma once
 
 #include <span>
@@ -23,16 +23,16 @@ std::string loop_figure(const ReportRun& run);
 // C in the longest holds against the logarithm of time.
 std::string hold_figure(const ReportRun& run);
 
-// Several runs: ΔC against pressure in one picture and beside each other; cycles likewise.
+// Several runs: ΔC against pressure in one picture and side by side, and their cycles.
 std::string overlay_figure(std::span<const ReportRun> runs);
 std::string side_by_side_figure(std::span<const ReportRun> runs);
 std::string cycles_side_by_side_figure(std::span<const ReportRun> runs);
 
 // Parts that several pictures share.
-enum class Labels { whole, brief };  // brief: ranges without unit, fits without their errors
+enum class Labels { whole, brief };  // brief: ranges without unit, fits without errors
 plot::Panel curve_panel(const ReportRun& run, Labels labels = Labels::whole);
 plot::Panel cycle_panel(const ReportRun& run);
-// The means of the repeats in one direction of the pressure.
+// Adds the means of the repeats in one direction of the pressure.
 void add_curve(const ReportRun& run, Direction direction, plot::Series series, plot::Panel& panel);
 std::string figure_html(const plot::Figure& figure, const std::string& caption);
 std::string figure_html(plot::Panel panel, std::string description, const std::string& caption);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several runs in one picture.
+// Pictures that show several runs.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMostColumns = 3;
 
-// Only what the panel of one run needs when it stands beside others.
+// A panel for one run that stands beside others: single points and repeated labels are left out.
 plot::Panel slim_curve_panel(const ReportRun& run) {
   plot::Panel panel = curve_panel(run, Labels::brief);
   panel.title = run_label(run);
@@ -25,7 +25,7 @@ int columns_for(std::size_t panels) {
   return std::clamp(static_cast<int>(panels), 1, kMostColumns);
 }
 
-// The same axis for all, so that heights compare.
+// Gives all panels the same y axis, so that heights can be compared.
 void share_y(std::vector<plot::Panel>& panels) {
   double low = INFINITY, high = -INFINITY;
   for (const auto& panel : panels) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures over time.
+// The pictures over time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
+#include "base/online.hpp"
 
 namespace lcrig::report {
 
@@ -17,18 +18,17 @@ constexpr double kBreak = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostTags = 24;
 constexpr std::size_t kMostHolds = 4;
 
-// Readings further apart than this are not joined: several times what lies between most of them.
+// The time between readings beyond which a line is broken: several times the usual one.
 double longest_step(const std::vector<RunReading>& readings) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < readings.size(); ++i) {
     steps.push_back(readings[i].t_s - readings[i - 1].t_s);
   }
   if (steps.empty()) return 1;
-  std::ranges::nth_element(steps, steps.begin() + std::ssize(steps) / 2);
-  return 8 * steps[steps.size() / 2];
+  return 8 * upper_median(steps);
 }
 
-// The readings through a function, broken where none were taken.
+// Readings over time, converted by `value`. The line is broken where no readings were taken.
 template <class Value>
 plot::Series over_time(const ReportRun& run, Value value) {
   plot::Series series;
@@ -59,7 +59,7 @@ plot::Series force_over_time(const RunData& data) {
   return series;
 }
 
-// The peaks and rests of the cycles in percent of C0.
+// Adds the peaks and rests of the cycles, in percent of C0.
 void add_extrema(const ReportRun& run, double c0_pF, plot::Panel& panel) {
   plot::Series peak, rest;
   const bool rises = std::ranges::all_of(run.analysis.cycles,
@@ -70,7 +70,7 @@ void add_extrema(const ReportRun& run, double c0_pF, plot::Panel& panel) {
   rest.label = rises ? "minimum (mean at rest)" : "mean at rest";
   rest.style = plot::mark_style(1);
   const auto percent_of = [&](double pF) { return (pF / c0_pF - 1) * 100; };
-  double lowest = INFINITY, highest = -INFINITY;  // the tags stand above the noise
+  double lowest = INFINITY, highest = -INFINITY;  // the tags must stand clear of the noise
   for (const double y : panel.series.front().y) {
     if (std::isnan(y)) continue;
     lowest = std::min(lowest, y);

@@ -14,7 +14,7 @@ namespace lcrig::report {
 
 namespace {
 
-// Nothing is loaded from anywhere; A4 with margins is 680 px wide.
+// The page loads nothing from elsewhere. A4 with margins is 680 px wide.
 constexpr std::string_view kStyle = R"(
 @page { size: A4; margin: 15mm; }
 * { box-sizing: border-box; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces of HTML; inside the report only. What comes from a person, an instrument or a file passes
-// through `text` before it gets here.
+// Building blocks of HTML. Private to the report. Text from a person, an instrument or a file must
+// pass through `text` before it gets here.
 #pragma once
 
 #include <initializer_list>
@@ -16,7 +16,7 @@ namespace lcrig::report {
 
 std::string text(std::string_view words);  // escaped
 
-// Markup of a table's cell. Numbers stand at the right; beside words it is a string like any other.
+// Markup of a table's cell. Numbers are aligned to the right. Otherwise it is an ordinary string.
 class Cell : public std::string {
  public:
   enum class Kind { words, number };
@@ -28,25 +28,25 @@ class Cell : public std::string {
   Kind kind_ = Kind::words;
 };
 
-Cell no_number();  // a dash where a number would stand
+Cell no_number();  // a dash in place of a number
 // A number as people read it, with the full value for programs: <data value="5.7512">5.75</data>.
-// Digits: two of the standard error, or four of the value.
+// It shows digits up to the second of the standard error, or four digits of the value.
 Cell number(double value, std::optional<double> standard_error = std::nullopt);
 Cell number(const std::optional<double>& value);
 Cell number(std::int64_t value);
 // "5.751 ± 0.012".
 Cell measured(double value, std::optional<double> standard_error);
-Cell measured(const Metric& metric);  // or why there is none
+Cell measured(const Metric& metric);  // if there is no estimate: the reason
 Cell interval(const std::optional<std::array<double, 2>>& ends,
               std::optional<double> standard_error);
-// "95 % interval", and what it is for.
+// "95 % interval", followed by what the interval is for.
 std::string interval_head(double confidence);
-// Which branch and time a result is of, under its number. Empty: nothing.
+// A line with the branch and time that a result refers to; empty if there is none.
 std::string estimand_line(const std::string& estimand);
-// What intervals and expanded uncertainties are for: once on a page with results.
+// Explains what intervals and expanded uncertainties promise. A page with results has it once.
 std::string two_truths();
 Cell percent(double fraction_percent);  // with its sign: "+235.7 %"
-// The same as `number` without markup, for labels of pictures.
+// The same as `number` without markup, for the labels of pictures.
 std::string plain_number(double value, std::optional<double> standard_error = std::nullopt);
 
 std::string range_numbers(const PressureRange& range);  // "0–30"
@@ -54,11 +54,11 @@ std::string range_name(const PressureRange& range);  // "0–30 kPa"
 
 class Table {
  public:
-  // Heads are our own words and may hold markup.
+  // The heads are words of the program and may contain markup.
   explicit Table(std::initializer_list<std::string> heads);
   explicit Table(const std::vector<std::string>& heads);
-  static Table of_facts();  // two columns without heads; long words are broken
-  Table& row(const std::vector<Cell>& cells);  // the first one heads the row
+  static Table of_facts();  // two columns without heads; long words wrap
+  Table& row(const std::vector<Cell>& cells);  // the first cell is the head of the row
   bool empty() const { return rows_ == 0; }
   std::string html() const;
 

@@ -49,18 +49,10 @@ void add_model(ReportRun& out) {
 Result<ReportRun> load_report_run(const Database& db, std::int64_t run,
                                   const AnalysisOptions& options) {
   ReportRun out;
-  auto data = load_run_data(db, run);
-  if (!data) return fail(data.error());
-  out.data = std::move(*data);
-  auto analysis = analyse(out.data, options);
-  if (!analysis) return fail(analysis.error());
-  out.analysis = std::move(*analysis);
-  auto chain = verify_chain(db, run);
-  if (!chain) return fail(chain.error());
-  out.chain = std::move(*chain);
-  auto notes = get_run_notes(db, run);
-  if (!notes) return fail(notes.error());
-  out.notes = std::move(*notes);
+  if (auto r = keep(load_run_data(db, run), out.data); !r) return fail(r.error());
+  if (auto r = keep(analyse(out.data, options), out.analysis); !r) return fail(r.error());
+  if (auto r = keep(verify_chain(db, run), out.chain); !r) return fail(r.error());
+  if (auto r = keep(get_run_notes(db, run), out.notes); !r) return fail(r.error());
   add_model(out);
   return out;
 }

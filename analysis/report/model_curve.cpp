@@ -12,11 +12,9 @@ namespace lcrig::report {
 
 namespace {
 
-// Relative, of delta C: the first is finer than any measurement here, the last still a comparison.
-constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};
 constexpr int kSmoothPoints = 40;
 
-// The level that the bench chose. Its other settings are in the JSON that it stored.
+// The level that the bench chose. Its other settings come from the JSON that the bench stored.
 std::optional<LevelSettings> stored_settings(const ModelRequest& request) {
   const auto level = request.level ? parse_word<Level>(*request.level) : std::nullopt;
   if (!level) return std::nullopt;
@@ -33,7 +31,7 @@ std::optional<LevelSettings> stored_settings(const ModelRequest& request) {
   return out;
 }
 
-// The points asked for and a smooth curve, as pressures over the disc, rising.
+// The requested points and a smooth curve, as rising pressures over the disc.
 std::vector<double> grid_of(const ModelRequest& request, double over_disc) {
   std::vector<double> grid{0};
   double most = 0;
@@ -50,7 +48,7 @@ std::vector<double> grid_of(const ModelRequest& request, double over_disc) {
 Result<Curve> curve_of(const Specimen& specimen, const std::optional<LevelSettings>& settings,
                        const std::vector<Pressure>& pressures) {
   Result<Curve> curve = fail(Errc::bug, "no tolerance");
-  for (const double tolerance : kTolerances) {
+  for (const double tolerance : kUsefulTolerances) {
     curve = calc_curve(specimen, settings, tolerance, pressures);
     if (curve || settings) break;
   }

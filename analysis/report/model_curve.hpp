@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model's answer at measured pressures; knows nothing of the analysis.
+// Computes the model's answer at measured pressures, without the analysis, for the report.
 #pragma once
 
 #include <optional>
@@ -12,11 +12,11 @@ namespace lcrig::report {
 
 struct ModelRequest {
   std::string specimen_text, specimen_name;
-  // Only in a simulated run: the level that its bench chose (storage: model_level,
+  // For simulated runs only: the level that the bench chose (storage: model_level,
   // model_error_json).
   std::optional<std::string> level, choice_json;
   double probe_area_m2 = 0;
-  std::vector<double> pressure_kPa;  // over the probe, any order
+  std::vector<double> pressure_kPa;  // over the probe, in any order
 };
 struct ModelAnswer {
   std::string level, note;
@@ -24,7 +24,7 @@ struct ModelAnswer {
   std::vector<double> delta_C_fF;  // in the order of the request
   std::vector<double> smooth_kPa, smooth_fF;
 };
-// Errors: the specimen does not parse, no level answers.
+// Errors: the specimen cannot be parsed; no level of the model gives an answer.
 Result<ModelAnswer> evaluate_model(const ModelRequest& request);
 
 }  // namespace lcrig::report

@@ -13,7 +13,7 @@ namespace report {
 
 namespace {
 
-// Sections that have something to say, and the list of them at the top.
+// Collects the sections that have content, and links to them from the top of the page.
 class Page {
  public:
   void add(std::string_view id, std::string_view title, const std::string& body) {
@@ -41,7 +41,7 @@ std::string head_facts(const ReportRun& run) {
                    "lead");
 }
 
-// The few numbers that people look for first.
+// A table of the few numbers that people look for first.
 std::string summary(const ReportRun& run) {
   const RunAnalysis& a = run.analysis;
   Table table{"", "value ± standard error", ""};

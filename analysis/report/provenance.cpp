@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the numbers come from: instruments, settings, versions, what happened, and whether the rows
-// are those that were recorded.
+// The part of a report that says where the numbers come from: instruments, settings, versions,
+// events, and whether the rows are still those that were recorded.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,21 +16,21 @@ namespace lcrig::report {
 namespace {
 
 constexpr std::size_t kMostEvents = 200;
-// Every run has these events; the report lists the others.
+// True for events that every run has. The report lists only the others.
 bool is_ordinary(const EventRow& event) {
   switch (event.kind.kind()) {
     case EventKind::step_begin:
     case EventKind::motion:
     case EventKind::zero:
     case EventKind::settings:
-    case EventKind::answer:  // has a table of its own
+    case EventKind::answer:  // answers have a table of their own
     case EventKind::state: return true;
     case EventKind::step_end: return !from_json<StepEndEvent>(event.detail)->stopped_by;
     default: return false;
   }
 }
 
-// A JSON object as "name value, name value"; what is none stays as it is.
+// A JSON object as "name value, name value". A text that is not an object is shown as it is.
 std::string flat_json(const std::string& stored) {
   const auto json = nlohmann::json::parse(stored, nullptr, false);
   if (!json.is_object()) return text(stored);
@@ -126,7 +126,7 @@ std::string answer_table(const ReportRun& run) {
   for (const EventRow& e : run.data.events) {
     if (e.kind != EventKind::answer) continue;
     const auto answer = from_json<AnswerEvent>(e.detail);
-    if (!answer) continue;  // the export says so
+    if (!answer) continue;  // damaged events are the export's business
     any = true;
     std::string said = answer->text ? text(*answer->text) : std::string("confirmed");
     if (answer->number) {

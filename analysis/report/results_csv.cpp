@@ -9,7 +9,7 @@ namespace lcrig {
 
 namespace {
 
-// "sensitivity_fF_per_kPa" of a range: the range goes into the name.
+// For a range, such as "sensitivity_fF_per_kPa", the name of the column also gives the range.
 std::string column_name(const RunAnalysis& analysis, const Metric& metric) {
   for (const RangeResult& r : analysis.ranges) {
     if (&r.sensitivity != &metric) continue;
@@ -38,9 +38,9 @@ void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
   for (const Metric* metric : analysis.chosen()) out.word(metric->name + "_estimand");
 }
 
-constexpr int kDigits = 9;  // of what has no standard error
+constexpr int kDigits = 9;  // for values without a standard error
 
-// The third digit of the standard error: what is behind it is noise.
+// Place of the third digit of the standard error. Digits behind it are noise.
 std::optional<int> end_of_digits(const Estimate& e) {
   const auto places = e.standard_error ? decimal_places(*e.standard_error) : std::nullopt;
   return places ? std::optional(places->first - 2) : std::nullopt;

@@ -76,7 +76,7 @@ std::string range_table(const RunAnalysis& analysis) {
 
 namespace {
 
-// A continuous loading has no levels: its peaks are compared.
+// Compares the peaks with the model. For a continuous loading, which has no levels.
 std::string peak_table(const ReportRun& run) {
   if (!run.model) return {};
   Table table{"cycle", "peak, kPa", "ΔC, fF", "model ΔC, fF", "difference, fF", "difference, %"};
@@ -93,7 +93,7 @@ std::string peak_table(const ReportRun& run) {
   return table.empty() ? std::string() : table.html();
 }
 
-// Beyond a million Student's t is the normal distribution to every digit that is shown.
+// Beyond a million, Student's t equals the normal distribution in all digits that are shown.
 Cell degrees(double of_freedom) {
   if (!std::isfinite(of_freedom)) return "∞";
   const std::string shown = of_freedom < 1e6 ? fmt::format("{:.0f}", of_freedom) : "∞";
@@ -213,7 +213,7 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
                  number(p.standard_uncertainty, p.standard_uncertainty),
                  {fmt::format("<data value='{}'>{:.1f}</data>", share * 100, share * 100),
                   Cell::Kind::number},
-                 p.kind == UncertaintyKind::a ? "A" : "B",
+                 std::string(to_string(p.kind)),
                  degrees(p.degrees_of_freedom),
                  p.shrinks ? "shrink it" : "do not help",
                  text(p.basis)});

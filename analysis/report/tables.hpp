@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables and facts of a report; inside the report only. Empty text: nothing to say.
+// The tables and lists of facts of a report. Private to the report. Empty text: nothing to show.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@ namespace lcrig::report {
 // tables.cpp
 std::string metrics_table(const RunAnalysis& analysis);  // with definitions
 std::string range_table(const RunAnalysis& analysis);
-std::string level_table(const ReportRun& run);  // one row a point of the curve, with the model
+std::string level_table(const ReportRun& run);  // a row for each point of the curve, with the model
 std::string cycle_table(const RunAnalysis& analysis);
 std::string hold_table(const RunAnalysis& analysis);
 std::string outlier_table(const RunAnalysis& analysis);
@@ -24,10 +24,10 @@ std::string metric_label(const RunAnalysis& analysis, const Metric& metric);
 bool is_simulated(const ReportRun& run);
 bool is_replayed(const ReportRun& run);  // a recording, played back through simulated instruments
 std::string simulated_mark(std::span<const ReportRun> runs);  // a box; empty: all were measured
-std::string status_mark(const ReportRun& run);  // a box, when the run was no success
-std::string notes_list(const ReportRun& run);  // of the analysis and of people
+std::string status_mark(const ReportRun& run);  // a box, unless the run was a success
+std::string notes_list(const ReportRun& run);  // notes of the analysis and of people
 std::string answer_table(const ReportRun& run);  // what people answered
-std::string event_table(const ReportRun& run);  // what went otherwise than planned
+std::string event_table(const ReportRun& run);  // events that were not planned
 std::string provenance_table(const ReportRun& run);
 std::string files(const ReportRun& run);  // specimen, parameters, protocol as stored
 

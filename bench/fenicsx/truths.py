@@ -32,13 +32,13 @@ from petsc4py import PETSc
 
 VACUUM_fF_mm = 8.8541878128  # permittivity, F/m times 1e12
 LEVELS = ((4, 4), (6, 5), (8, 6))  # halvings towards a face (by RATIO), degree
-# Finite strain: smaller cells at a bonded rim fold over before the load is reached.
+# For finite strain: smaller cells at a bonded rim fold over before the load is reached.
 FINITE_LEVELS = ((1, 4), (2, 4), (3, 4))
 LOAD_STEPS = 8
 LEAST_STEP = 1 / 200  # of the load
 RATIO = 0.3
 RIM_RATIO = 0.45
-MOST_UNKNOWNS = 350_000  # the factors of more do not fit into 20 GiB
+MOST_UNKNOWNS = 350_000  # with more, the factors do not fit into 20 GiB
 MOST_FINITE_UNKNOWNS = 60_000  # a few minutes
 
 

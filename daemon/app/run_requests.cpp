@@ -9,13 +9,13 @@
 #include "base/text.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/control/audit.hpp"
+#include "daemon/run_words.hpp"
 #include "storage/database.hpp"
 
 namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kLongestReason = 500;  // characters of a reason in the journal
 constexpr const char* kQueueGoes =
     "the queue goes, and runs what is next in it: `lcrig run --next` puts a run at its front, "
     "`lcrig queue hold` holds it";

@@ -39,27 +39,17 @@ std::string to_text(const ConfigValue& value) {
   return "none";
 }
 
-std::string_view to_string(ConfigSource source) {
-  constexpr std::string_view kWords[] = {"default", "file", "command line"};
-  return kWords[static_cast<std::size_t>(source)];
-}
-
-std::string_view to_string(ConfigEffect effect) {
-  constexpr std::string_view kWords[] = {"at once", "when idle", "restart"};
-  return kWords[static_cast<std::size_t>(effect)];
-}
-
 template <class F>
 void fields(F& f, Of<F, WaitingValue>& w) {
   value_field(f, w.value);
-  f.word("for", w.effect, ConfigEffect::restart, true);
+  f.word("for", w.effect, true);
 }
 
 template <class F>
 void fields(F& f, Of<F, ConfigKeyView>& k) {
   f.text("key", k.key, true);
   value_field(f, k.value);
-  f.word("source", k.source, ConfigSource::command_line, true);
+  f.word("source", k.source, true);
   f.object("waiting", k.waiting);
 }
 

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "base/result.hpp"
 
 namespace lcrig {
@@ -17,11 +18,13 @@ using ConfigValue = std::variant<std::monostate, double, std::string>;  // monos
 std::string to_text(const ConfigValue& value);
 
 enum class ConfigSource { built_in, file, command_line };
-std::string_view to_string(ConfigSource source);
+template <>
+inline constexpr EnumWords<3> kWordsOf<ConfigSource>{"default", "file", "command line"};
 
 // When a change of the file takes effect.
 enum class ConfigEffect { at_once, when_idle, restart };
-std::string_view to_string(ConfigEffect effect);
+template <>
+inline constexpr EnumWords<3> kWordsOf<ConfigEffect>{"at once", "when idle", "restart"};
 
 // A value in the file that the daemon has not applied yet.
 struct WaitingValue {

@@ -32,16 +32,16 @@ class FieldWriter {
   void boolean(const char* key, bool v);
   void quantity(const char* key, const std::optional<double>& si, int power);
   void numbers(const char* key, const ParameterValues& v);
-  template <class E>
-  void word(const char* key, E v, E, bool = false) {
+  template <HasWords E>
+  void word(const char* key, E v, bool = false) {
     text(key, to_string(v));
   }
-  template <class E>
-  void word_or_empty(const char* key, const std::optional<E>& v, E) {
+  template <HasWords E>
+  void word_or_empty(const char* key, const std::optional<E>& v) {
     text(key, v ? to_string(*v) : "");
   }
-  template <class E>
-  void word_or_null(const char* key, const std::optional<E>& v, E) {
+  template <HasWords E>
+  void word_or_null(const char* key, const std::optional<E>& v) {
     text_or_null(key, v ? to_string(*v) : "");
   }
   template <class T, class Fill>

@@ -90,28 +90,12 @@ void condition_field(FieldWriter& f, InstrumentCondition condition, const std::s
 void condition_field(ParamsReader& in, InstrumentCondition& condition, std::string& why) {
   std::string word;
   in.text("state", word, true);
-  const auto known = parse_word(word, InstrumentCondition::fault);
+  const auto known = parse_word<InstrumentCondition>(word);
   if (!known && why.empty()) why = word;
   condition = known.value_or(InstrumentCondition::unasked);
 }
 
 }  // namespace
-
-std::string_view to_string(InstrumentCondition c) {
-  constexpr std::string_view kWords[] = {"unasked", "ready", "in_use", "absent", "fault"};
-  return kWords[static_cast<std::size_t>(c)];
-}
-
-std::string_view to_string(StopState s) {
-  constexpr std::string_view kWords[] = {"standing", "finally", "not_begun", "not_ours", "later"};
-  return kWords[static_cast<std::size_t>(s)];
-}
-
-std::string_view to_string(LearnedBy l) {
-  constexpr std::string_view kWords[] = {"nothing", "look",   "plan", "start",
-                                         "run",     "rescue", "port"};
-  return kWords[static_cast<std::size_t>(l)];
-}
 
 Hint::Hint(const HintWords& words) {
   before = words.before;
@@ -145,8 +129,8 @@ void fields(F& f, Of<F, OpenQuestion>& open) {
   f.integer("number", open.number, true);
   f.text("step", q.step_id, true);
   f.text("text", q.text, true);
-  f.word("answer", q.type, AnswerType::line, true);
-  f.word("on_timeout", q.on_timeout, OnTimeout::use_default, true);
+  f.word("answer", q.type, true);
+  f.word("on_timeout", q.on_timeout, true);
   answer_field(f, "default", q.fallback);
   if (q.type == AnswerType::choice) f.texts("choices", q.choices);
   if (q.type != AnswerType::number) return;
@@ -161,7 +145,7 @@ void fields(F& f, Of<F, RunStatus>& s) {
   f.text("protocol", s.protocol);
   f.text("specimen", s.specimen);
   f.boolean("simulated", s.simulated);
-  f.word("state", s.state, RunState::ended, true);
+  f.word("state", s.state, true);
   f.text("step", s.step_id);
   f.text("step_kind", s.step_kind);
   f.text("prompt", s.prompt);
@@ -190,8 +174,8 @@ void fields(F& f, Of<F, RunStatus>& s) {
 template <class F>
 void fields(F& f, Of<F, RunOutcome>& e) {
   f.integer("run", e.run, true);
-  f.word("exit_status", e.exit_status, ExitStatus::stopped, true);
-  f.word_or_null("code", e.code, Errc::bug);
+  f.word("exit_status", e.exit_status, true);
+  f.word_or_null("code", e.code);
   f.text("reason", e.reason);
   f.boolean("stands", e.stands);
   f.boolean("simulated", e.simulated);
@@ -220,13 +204,13 @@ void fields(F& f, Of<F, RunEventNote>& n) {
 
 template <class F>
 void fields(F& f, Of<F, InstrumentState>& i) {
-  f.word("name", i.which, Instrument::frame, true);
+  f.word("name", i.which, true);
   f.text("port", i.port);
   f.text("why", i.why);
   condition_field(f, i.condition, i.why);
   f.text("identity", i.identity);
   f.boolean("simulated", i.simulated);
-  f.word("learned_by", i.learned_by, LearnedBy::port);  // missing in messages of older daemons
+  f.word("learned_by", i.learned_by);  // missing in messages of older daemons
   f.integer("run", i.run);
   f.quantity("age_s", i.age_s, 0);
   f.quantity("since_s", i.since_s, 0);
@@ -243,11 +227,11 @@ void fields(F& f, Of<F, ResumableRun>& r) {
 template <class F>
 void fields(F& f, Of<F, QueueStatus>& q) {
   f.boolean("going", q.going);
-  f.word_or_empty("cause", q.cause, HoldCause::bug);
+  f.word_or_empty("cause", q.cause);
   f.text("why", q.why);
   f.integer("count", q.count);
   f.integer("entry", q.entry);
-  f.word_or_empty("gate", q.gate, QueueGate::time);
+  f.word_or_empty("gate", q.gate);
   f.text("prompt", q.prompt);
   f.text("locked_by", q.locked_by);
 }

@@ -53,7 +53,9 @@ enum class StopState {
   not_ours,  // the frame was only observed, so it was not stopped
   later,  // at the end of the current part
 };
-std::string_view to_string(StopState s);
+template <>
+inline constexpr EnumWords<5> kWordsOf<StopState>{"standing", "finally", "not_begun", "not_ours",
+                                                  "later"};
 
 struct StopAnswer {
   StopAnswer(StopState s, std::string n) : state(s), note(std::move(n)) {}
@@ -64,7 +66,9 @@ struct StopAnswer {
 // Condition of an instrument. `unasked`: nobody has asked it since the daemon started, or since its
 // port came back.
 enum class InstrumentCondition { unasked, ready, in_use, absent, fault };
-std::string_view to_string(InstrumentCondition c);
+template <>
+inline constexpr EnumWords<5> kWordsOf<InstrumentCondition>{"unasked", "ready", "in_use", "absent",
+                                                            "fault"};
 
 // How the daemon knows the condition.
 enum class LearnedBy {
@@ -76,7 +80,9 @@ enum class LearnedBy {
   rescue,  // the frame was stopped after a crash
   port  // the device node of its port went away
 };
-std::string_view to_string(LearnedBy l);
+template <>
+inline constexpr EnumWords<7> kWordsOf<LearnedBy>{"nothing", "look",   "plan", "start",
+                                                  "run",     "rescue", "port"};
 
 struct InstrumentState {
   Instrument which = Instrument::lcr;

@@ -136,7 +136,7 @@ std::optional<StopPlace> place_of(ParamsReader& in, const char* key, bool requir
   std::string word;
   in.text(key, word, required);
   if (word.empty()) return std::nullopt;
-  const auto place = parse_stop_place(word);
+  const auto place = parse_word<StopPlace>(word);
   if (!place) {
     in.refuse(key,
               fmt::format("\"{}\", expected one of {}", printable(word, 60), stop_place_words()));
@@ -179,14 +179,14 @@ void force_param(ParamsReader& in, bool& force) {
 }
 
 void kind_param(ParamsReader& in, CorrectionKind& kind) {
-  in.word("kind", kind, CorrectionKind::short_circuit, true);
+  in.word("kind", kind, true);
 }
 
 // Reads "head": the choice for an entry that was interrupted or failed.
 void head_param(ParamsReader& in, HeadChoice& out) {
   std::string word(to_string(HeadChoice::none));
   in.text("head", word);
-  const auto known = parse_word(word, HeadChoice::skip);
+  const auto known = parse_word<HeadChoice>(word);
   if (known) out = *known;
   if (!known) in.refuse("head", "expected resume, repeat or skip");
 }

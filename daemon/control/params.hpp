@@ -45,31 +45,29 @@ class ParamsReader {
   void quantity(const char* key, std::optional<double>& out, int power);
   // An object of numbers, or of strings with a number as a person typed it.
   void numbers(const char* key, ParameterValues& out);
-  // A word of an enumeration, whose last value is `last`.
-  template <class E>
-  void word(const char* key, E& out, E last, bool required = false) {
+  // A word of an enumeration.
+  template <HasWords E>
+  void word(const char* key, E& out, bool required = false) {
     std::string text(to_string(out));
     this->text(key, text, required);
-    if (const auto known = parse_word(text, last)) {
-      out = *known;
-    } else {
-      expected_word(key, words_up_to(last));
-    }
+    const auto known = parse_word<E>(text);
+    if (!known) return expected_word(key, all_words<E>());
+    out = *known;
   }
   // The same, with null for no word.
-  template <class E>
-  void word_or_null(const char* key, std::optional<E>& out, E last) {
+  template <HasWords E>
+  void word_or_null(const char* key, std::optional<E>& out) {
     std::string text;
     text_or_null(key, text);
     if (text.empty()) return;
-    word(key, out.emplace(), last);
+    word(key, out.emplace());
   }
   // The same, with the empty word, or an unknown word of a newer daemon, for no value.
-  template <class E>
-  void word_or_empty(const char* key, std::optional<E>& out, E last) {
+  template <HasWords E>
+  void word_or_empty(const char* key, std::optional<E>& out) {
     std::string text;
     this->text(key, text);
-    out = parse_word(text, last);
+    out = parse_word<E>(text);
   }
   // An object. `fill` reads it, or `fields` lists its members (fields.hpp).
   template <class T, class Fill>

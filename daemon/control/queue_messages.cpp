@@ -19,32 +19,30 @@ json json_of(const std::string& text) {
 }
 
 json to_json(const QueueListing& e) {
-  json out{{"entry", e.entry},
-           {"state", to_string(e.state)},
-           {"protocol", e.protocol_name},
-           {"specimen", e.specimen_name},
-           {"parameters", json_of(e.parameters_json)},
-           {"operator", e.operator_name},
-           {"note", e.note},
-           {"terms", json_of(e.terms_json)},
-           {"added_by", e.added_by},
-           {"added_unix_ns", e.added_unix_ns},
-           {"attempts", e.attempts}};
-  out["run"] = json_or_null(e.last_run);
-  out["resumes_run"] = json_or_null(e.resumes_run);
-  return out;
+  return json{{"entry", e.entry},
+              {"state", to_string(e.state)},
+              {"protocol", e.protocol_name},
+              {"specimen", e.specimen_name},
+              {"parameters", json_of(e.parameters_json)},
+              {"operator", e.operator_name},
+              {"note", e.note},
+              {"terms", json_of(e.terms_json)},
+              {"added_by", e.added_by},
+              {"added_unix_ns", e.added_unix_ns},
+              {"attempts", e.attempts},
+              {"run", json_or_null(e.last_run)},
+              {"resumes_run", json_or_null(e.resumes_run)}};
 }
 
 json to_json(const EntryBatch& b) {
-  json out{{"name", b.batch.name},
-           {"file", b.batch.file_name},
-           {"order", to_string(b.batch.order)},
-           {"position", b.position},
-           {"of", b.of},
-           {"line", b.line},
-           {"repeat", b.repeat}};
-  out["seed"] = json_or_null(b.batch.seed);
-  return out;
+  return json{{"name", b.batch.name},
+              {"file", b.batch.file_name},
+              {"order", to_string(b.batch.order)},
+              {"position", b.position},
+              {"of", b.of},
+              {"line", b.line},
+              {"repeat", b.repeat},
+              {"seed", json_or_null(b.batch.seed)}};
 }
 
 // Reads "protocols": {"press": {"name": "press", "text": ".."}}: texts by the words of the cells.
@@ -138,14 +136,13 @@ json to_json(const QueuePage& page) {
 }
 
 json to_json(const QueueAct& a) {
-  json out{{"seq", a.seq},
-           {"at_unix_ns", a.at_unix_ns},
-           {"act", a.act},
-           {"user", a.user},
-           {"detail", a.detail}};
-  out["entry"] = json_or_null(a.entry);
-  out["uid"] = json_or_null(a.uid);
-  return out;
+  return json{{"seq", a.seq},
+              {"at_unix_ns", a.at_unix_ns},
+              {"act", a.act},
+              {"user", a.user},
+              {"detail", a.detail},
+              {"entry", json_or_null(a.entry)},
+              {"uid", json_or_null(a.uid)}};
 }
 
 Result<QueueAdd> parse_queue_add(const json& params) {
@@ -161,7 +158,7 @@ Result<BatchAdd> parse_batch_add(const json& params) {
     in.text("name", out.name, true, kNameMax);
     in.text("file", out.file_name, true, kNameMax);
     in.text("table", out.table, true);
-    in.word("order", out.order, BatchOrder::random);
+    in.word("order", out.order);
     in.integer("seed", out.seed, out.order != BatchOrder::given);
     if (out.name.empty()) in.refuse("name", "is empty");
     read_files(in, "protocols", out.protocols);

@@ -123,17 +123,6 @@ EntryEnd as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std:
 
 }  // namespace
 
-HoldCause cause_of(Hazard hazard) {
-  switch (hazard) {
-    case Hazard::not_standing: return HoldCause::not_standing;
-    case Hazard::left_loaded: return HoldCause::left_loaded;
-    case Hazard::frame_fault: return HoldCause::frame_fault;
-    case Hazard::limit: return HoldCause::limit;
-    case Hazard::other_instrument: return HoldCause::other_instrument;
-  }
-  return HoldCause::bug;
-}
-
 BeginTime begin_time(const QueueTerms& terms, std::int64_t now_unix_s,
                      std::optional<std::int64_t> last_end_unix_s) {
   BeginTime out;
@@ -219,7 +208,7 @@ EntryEnd aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std:
     after.state = EntryState::interrupted;
   }
   if (outcome.hazard) {
-    return held(std::move(after), cause_of(*outcome.hazard),
+    return held(std::move(after), *outcome.hazard,
                 fmt::format("{} ({})", words_of(*outcome.hazard), reason_of(outcome)));
   }
   if (outcome.status == ExitStatus::success) return after;

@@ -18,8 +18,6 @@
 
 namespace lcrig {
 
-HoldCause cause_of(Hazard hazard);
-
 // What matters here about the first entry.
 struct HeadFacts {
   std::int64_t entry = 0;

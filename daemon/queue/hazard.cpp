@@ -5,17 +5,6 @@
 
 namespace lcrig {
 
-std::string_view to_string(Hazard hazard) {
-  switch (hazard) {
-    case Hazard::not_standing: return "not_standing";
-    case Hazard::left_loaded: return "left_loaded";
-    case Hazard::frame_fault: return "frame_fault";
-    case Hazard::limit: return "limit";
-    case Hazard::other_instrument: return "other_instrument";
-  }
-  return {};
-}
-
 std::string_view words_of(Hazard hazard) {
   switch (hazard) {
     case Hazard::not_standing:
@@ -27,8 +16,8 @@ std::string_view words_of(Hazard hazard) {
       return "the frame reported a fault, or is not believed: look at it and clear the fault";
     case Hazard::limit: return "a limit was reached: look at the specimen and at the limits";
     case Hazard::other_instrument: return "another instrument answered: look at what is connected";
+    default: return {};
   }
-  return {};
 }
 
 std::optional<Hazard> hazard_of(const EventName& kind) {

@@ -6,20 +6,14 @@
 #include <optional>
 #include <string_view>
 
+#include "base/queue_words.hpp"
 #include "base/result.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
 
-// The worst comes first.
-enum class Hazard {
-  not_standing,  // the frame did not confirm standstill
-  left_loaded,  // the specimen is still loaded, or may be
-  frame_fault,  // E-stop, drive, shield, not_ready; or the frame is not believed
-  limit,  // of the protocol or the machine was reached
-  other_instrument  // another identity answered at a port
-};
-std::string_view to_string(Hazard hazard);
+// The causes from `not_standing` to `other_instrument`. The worst comes first.
+using Hazard = HoldCause;
 std::string_view words_of(Hazard hazard);
 
 std::optional<Hazard> hazard_of(const EventName& kind);

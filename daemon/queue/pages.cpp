@@ -14,8 +14,6 @@ namespace {
 
 constexpr std::size_t kPageBytes = 400'000;  // of texts; an answer has at most 1 MiB
 
-constexpr std::int64_t kUnixSecond_ns = 1'000'000'000;
-
 // The planned time of each entry, one after the other. It includes rests and waits for a time of
 // day, but not the unknown time that people take at gates.
 class PlannedClock {
@@ -42,11 +40,11 @@ class PlannedClock {
       terms_ = parse_terms(terms_json).value_or(QueueTerms());
       terms_json_ = terms_json;
     }
-    const std::int64_t now_s = at_ns_ / kUnixSecond_ns;
+    const std::int64_t now_s = at_ns_ / kSecond_ns;
     std::optional<std::int64_t> last_end_s;
-    if (last_end_ns_) last_end_s = *last_end_ns_ / kUnixSecond_ns;
+    if (last_end_ns_) last_end_s = *last_end_ns_ / kSecond_ns;
     const BeginTime begin = begin_time(terms_, now_s, last_end_s);
-    if (!begin.why.empty()) at_ns_ = begin.unix_s * kUnixSecond_ns;
+    if (!begin.why.empty()) at_ns_ = begin.unix_s * kSecond_ns;
   }
 
   double left_s_;

@@ -35,7 +35,7 @@ Result<> KnownIdentities::compare(const Identity& meter, const Identity& frame, 
 // Removes the facts about the specimen, which may not be on the rig any more.
 void QueuePlans::see(Rig rig, bool with_weights) {
   rig.compression_m = {};
-  rig.specimen_least_m = {};
+  rig.specimen_least_m = rig.specimen_free_m = {};
   (with_weights ? rod_ : frame_) = std::move(rig);
 }
 

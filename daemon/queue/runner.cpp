@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "daemon/control/params.hpp"
 #include "daemon/control/queue_messages.hpp"
+#include "daemon/run_words.hpp"
 #include "storage/runs.hpp"
 
 namespace lcrig {
@@ -18,11 +19,9 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr Duration kLongestLook = 10s;  // a waited-for time may come sooner when the clock is set
 constexpr Duration kPresence = 15min;  // after which a person who acted may be gone
 constexpr Duration kBetweenTries = 10s;  // between repeated attempts
-constexpr std::size_t kLongestReason = 500;  // characters of a reason in the journal
 
 std::int64_t wall_offset_ns(const Clock& clock) {
   return clock.unix_ns() - clock.now().time_since_epoch().count();

@@ -149,7 +149,7 @@ Result<std::vector<std::int64_t>> store_batch(const Database& db, const BatchAdd
 
 Task<Result<BatchAdded>> QueueRunner::add_batch(BatchAdd wanted, PeerCredentials peer) {
   const QueueActor who = co_await actor(std::move(peer));
-  if (auto can = check_begin(wanted.terms, clock_.unix_ns() / 1'000'000'000); !can) {
+  if (auto can = check_begin(wanted.terms, clock_.unix_ns() / kSecond_ns); !can) {
     co_return fail(can.error());
   }
   if (wanted.operator_name.empty()) wanted.operator_name = who.user;

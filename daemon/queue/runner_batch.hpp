@@ -2,7 +2,6 @@
 // A table of runs on its way into the queue; used inside daemon/queue only.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "daemon/control/queue_handler.hpp"

@@ -71,7 +71,7 @@ Task<Result<>> QueueRunner::change(Job job, PeerCredentials peer) {
 
 Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer) {
   const QueueActor who = co_await actor(std::move(peer));
-  if (auto can = check_begin(wanted.terms, clock_.unix_ns() / 1'000'000'000); !can) {
+  if (auto can = check_begin(wanted.terms, clock_.unix_ns() / kSecond_ns); !can) {
     co_return fail(can.error());
   }
   if (wanted.run.operator_name.empty()) wanted.run.operator_name = who.user;

@@ -28,7 +28,7 @@ void between_field(ParamsReader& in, std::optional<DayWindow>& between) {
 
 template <class F>
 void fields(F& f, Of<F, QueueTerms>& t) {
-  f.word("on_failure", t.on_failure, OnFailure::repeat);
+  f.word("on_failure", t.on_failure);
   f.integer("failures_max", t.failures_max);
   f.boolean("unattended", t.unattended);
   f.number("rest_s", t.rest_s);

@@ -1,22 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/record/batch.hpp"
 
-#include "storage/flags.hpp"
-
 namespace lcrig {
 
 namespace {
-
-static_assert(kLcrFlagWords[0] == "overload_primary" && lcr_flag::kPrimaryOverload == 1U << 0U);
-static_assert(kLcrFlagWords[1] == "overload_secondary" && lcr_flag::kSecondaryOverload == 1U << 1U);
-static_assert(kLcrFlagWords[2] == "after_resync" && lcr_flag::kAfterResync == 1U << 2U);
-static_assert(kLcrFlagWords[3] == "after_set_up" && lcr_flag::kAfterSetUp == 1U << 3U);
-static_assert(kLcrFlagWords[4] == "after_gap" && lcr_flag::kAfterGap == 1U << 4U);
-static_assert(kFrameFlagWords[0] == "moving" && frame_flag::kMoving == 1U << 0U);
-static_assert(kFrameFlagWords[1] == "force_control" && frame_flag::kForceControl == 1U << 1U);
-static_assert(kFrameFlagWords[2] == "force_overload" && frame_flag::kForceOverload == 1U << 2U);
-static_assert(kFrameFlagWords[3] == "after_gap" && frame_flag::kAfterGap == 1U << 3U);
-static_assert(frame_flag::kAfterGap == kFrameAfterGap);
 
 std::optional<std::int64_t> positive(std::int64_t value) {
   if (value <= 0) return std::nullopt;

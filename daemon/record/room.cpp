@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "storage/room.hpp"
+#include "storage/database.hpp"
 
 namespace lcrig {
 

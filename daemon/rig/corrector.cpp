@@ -3,8 +3,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <utility>
-
 #include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/control/audit.hpp"

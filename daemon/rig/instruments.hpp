@@ -9,7 +9,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "base/time.hpp"
 #include "daemon/config.hpp"
@@ -35,7 +34,7 @@ struct InstrumentsInfo {
   std::optional<double> solved_to_N;  // largest force in the table of a simulated specimen
   FrameFacts frame;  // as a person stated it
   // Facts about the specimen for the plan; empty: unknown. See Rig.
-  std::function<double(double force_N)> specimen_least_m, compression_m;
+  std::function<double(double force_N)> specimen_least_m, specimen_free_m, compression_m;
   std::optional<Length> expected_contact;
   bool tells_corrections = true;  // false: a recording does not contain its meter's corrections
 };

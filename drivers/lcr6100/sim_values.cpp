@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/lcr6100/sim_values.hpp"
-#include "drivers/lcr6100/words.hpp"
-
-#include <fmt/format.h>
 
 #include <cmath>
-#include <iterator>
 #include <numbers>
+
+#include "drivers/lcr6100/codec.hpp"
+#include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {
 
@@ -87,7 +86,7 @@ void append_value(std::string& line, std::string_view word, double value) {
   if (!std::isfinite(value) || (resistance && std::abs(value) > kMaxResistance)) {
     value = kSentOverload;
   }
-  fmt::format_to(std::back_inserter(line), "{:+.5e}", value);
+  line += format_number(value);
 }
 
 }  // namespace lcrig::lcr6100

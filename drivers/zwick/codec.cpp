@@ -146,9 +146,7 @@ Result<FrameCapabilities> parse_caps(const Line& line) {
   c.reaction = from_seconds(v[6]);
   c.deceleration = Acceleration::from_si(from_mm(v[7]));
   if (c.force_hold) {
-    auto loop = parse_force_loop(line);
-    if (!loop) return fail(loop.error());
-    c.force_loop = *loop;
+    if (auto r = keep(parse_force_loop(line), c.force_loop); !r) return fail(r.error());
   }
   return c;
 }

@@ -103,10 +103,7 @@ Result<> add_token(Line& line, std::string_view token) {
   if (line.number || !line.fields.empty()) {
     return fail(Errc::garbled, "a second command number '{}'", printable(excerpt(token)));
   }
-  auto number = command_number(token);
-  if (!number) return fail(number.error());
-  line.number = *number;
-  return {};
+  return keep(command_number(token), line.number);
 }
 
 }  // namespace

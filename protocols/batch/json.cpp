@@ -19,10 +19,7 @@ void judge(std::string_view column, const JsonReader& value) {
   } else if (column == "failures_max") {
     value.integer(1, kMostFailuresInRow);
   } else if (column == "rest_s") {
-    Range range;
-    range.min = 0;
-    range.max = kLongestRest_s;
-    value.number(range);
+    value.number(Range{0, kLongestRest_s});
   } else if (column == "unattended") {
     value.boolean();
   } else if (column == "on_failure") {

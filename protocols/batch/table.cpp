@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/batch/table.hpp"
 
-#include <algorithm>
-#include <tuple>
-
 #include "base/json_mistake.hpp"
 #include "base/text.hpp"
 
@@ -48,31 +45,14 @@ void BatchMistakes::add(TextPosition at, std::string_view where, std::string wha
 }
 
 Result<> BatchMistakes::result(const std::string& source, std::string_view text) const {
-  constexpr std::size_t kShown = 20;
-  if (mistakes_.empty()) return {};
-  std::vector<const Mistake*> sorted;
-  sorted.reserve(mistakes_.size());
-  for (const Mistake& m : mistakes_) sorted.push_back(&m);
-  std::ranges::sort(sorted, {},
-                    [](const Mistake* m) { return std::tuple(m->at.line, m->at.column, m); });
-  Error error(Errc::invalid_request, {});
-  for (std::size_t i = 0; i < std::min(kShown, sorted.size()); ++i) {
-    const Mistake& m = *sorted[i];
+  std::vector<TextPosition> places;
+  for (const Mistake& m : mistakes_) places.push_back(m.at);
+  return refuse_at(text, places, [&](std::size_t i) {
+    const Mistake& m = mistakes_[i];
     const auto where = m.where.empty() ? std::string() : " " + printable(m.where, 60);
-    const auto what = fmt::format("{}:{}:{}{}: {}", source, m.at.line, m.at.column, where,
-                                  printable(m.what, 2000));
-    const auto lines = excerpt(text, m.at);
-    if (i == 0) {
-      error.what = what;
-      error.detail = lines;
-    } else {
-      error.detail += fmt::format("\n{}\n{}", what, lines);
-    }
-  }
-  if (sorted.size() > kShown) {
-    error.detail += fmt::format("\n... and {} more", sorted.size() - kShown);
-  }
-  return fail(std::move(error));
+    return fmt::format("{}:{}:{}{}: {}", source, m.at.line, m.at.column, where,
+                       printable(m.what, 2000));
+  });
 }
 
 Result<BatchTable> read_batch_table(std::string_view text, const std::string& source) {

@@ -47,8 +47,7 @@ class BatchMistakes {
   // `where` is the column or another name of the place; it may be empty.
   void add(TextPosition at, std::string_view where, std::string what);
   bool empty() const { return mistakes_.empty(); }
-  // The mistakes in the order of the file, in the form of base/strict_json.hpp: the first is the
-  // message, `detail` shows its line with a caret and lists the others.
+  // As refuse_at.
   Result<> result(const std::string& source, std::string_view text) const;
 
  private:

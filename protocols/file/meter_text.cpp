@@ -75,7 +75,7 @@ Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) 
   const std::string typed = word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
   // Checked here, because the parser would show a line that the file does not have.
   std::vector<std::string> known = all_words<Aperture>();
-  known.emplace_back("auto");
+  known.emplace_back(kAutoAperture);
   if (std::ranges::find(known, typed) != known.end()) return json(typed).dump();
   const auto guess = did_you_mean(typed, known);
   return fail(Errc::invalid_request, "aperture: \"{}\"{} expected one of {}", printable(typed, 60),

@@ -16,15 +16,6 @@ namespace lcrig {
 
 namespace {
 
-std::string parse_name(const JsonReader& name) {
-  std::string text = name.nonempty_string(64);
-  const auto good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
-  if (!std::ranges::all_of(text, good)) {
-    name.refuse(fmt::format("\"{}\", expected letters, digits, _ and - only", printable(text)));
-  }
-  return text;
-}
-
 Parameter parse_parameter(const JsonReader& r) {
   Parameter p;
   const std::string name = r.last_key();
@@ -116,15 +107,13 @@ Limits parse_limits(const JsonReader& r, const Scope& scope) {
 }
 
 void parse_aperture(const JsonReader& r, Sampling& out) {
-  const JsonReader word = r.at("aperture");
-  std::vector<std::pair<std::string_view, int>> words;
-  for (const auto& [text, aperture] : word_table<Aperture>()) {
-    words.emplace_back(text, static_cast<int>(aperture));
-  }
-  words.emplace_back("auto", -1);
-  const int chosen = word.word<int>(words);
-  out.aperture_auto = chosen < 0;
-  out.lcr.aperture = chosen < 0 ? Aperture::fast : static_cast<Aperture>(chosen);
+  using Choice = std::optional<Aperture>;
+  std::vector<std::pair<std::string_view, Choice>> words;
+  for (const auto& [text, aperture] : word_table<Aperture>()) words.emplace_back(text, aperture);
+  words.emplace_back(kAutoAperture, std::nullopt);
+  const auto chosen = r.word<Choice>("aperture", words);
+  out.aperture_auto = !chosen;
+  out.lcr.aperture = chosen.value_or(Aperture::fast);
 }
 
 void parse_lcr(const JsonReader& r, Sampling& out) {
@@ -191,7 +180,7 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
 
 void parse_top(const JsonReader& top, Protocol& out) {
   top.expect_format("load-protocol/1");
-  out.name = parse_name(top.at("name"));
+  out.name = read_name(top.at("name"));
   out.title = top.optional_string("title").value_or("");
   out.description = top.optional_string("description").value_or("");
   Scope scope;

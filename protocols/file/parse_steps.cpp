@@ -115,13 +115,18 @@ Step StepsParser::parse_step(const JsonReader& r) {
   return step;
 }
 
-std::string StepsParser::parse_id(const JsonReader& r) {
-  const JsonReader id = r.at("id");
-  std::string text = id.nonempty_string(64);
+std::string read_name(const JsonReader& name) {
+  std::string text = name.nonempty_string(64);
   const auto good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
   if (!std::ranges::all_of(text, good)) {
-    id.refuse(fmt::format("\"{}\", expected letters, digits, _ and - only", printable(text)));
+    name.refuse(fmt::format("\"{}\", expected letters, digits, _ and - only", printable(text)));
   }
+  return text;
+}
+
+std::string StepsParser::parse_id(const JsonReader& r) {
+  const JsonReader id = r.at("id");
+  std::string text = read_name(id);
   if (!ids_.insert(text).second) {
     id.refuse(
         fmt::format("\"{}\" for the second time, expected an id that is unique in the file", text));

@@ -13,6 +13,9 @@ namespace lcrig {
 
 inline constexpr int kLoopDepthMax = 8;
 
+// A protocol's name, or the id of a step.
+std::string read_name(const JsonReader& name);
+
 class StepsParser {
  public:
   explicit StepsParser(Scope scope) : scope_(std::move(scope)) {}

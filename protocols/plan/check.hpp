@@ -34,7 +34,9 @@ struct Rig {
   double gravity_m_s2 = kStandardGravity_m_s2;  // at the place of the rig, for dead weights
 
   // Facts that bound the force on the specimen, for a bench and for a real rig.
-  Compression specimen_least_m;  // least shortening of the specimen; empty: unknown
+  // The least that the specimen shortens between two forces, and its shortening if nothing holds it
+  // sideways; empty: unknown.
+  Compression specimen_least_m, specimen_free_m;
   std::optional<double> frame_stiffness_N_m;  // as stated; absent: taken as rigid
   std::optional<Length> start_travel;  // where the frame stands
   std::optional<Length> start_gap;  // as a person stated it: gap_mm may be used at once

@@ -61,6 +61,12 @@ void ForceBound::limit_to(double stiffness_N_m,
   }
 }
 
+void ForceBound::at_least(const ForceBound& other) {
+  for (std::size_t i = 0; i < kCells; ++i) {
+    stiffness_[i] = std::max(stiffness_[i], other.stiffness_[i]);
+  }
+}
+
 bool ForceBound::is_bounded() const {
   return std::isfinite(stiffness_.front());
 }

@@ -23,6 +23,9 @@ class ForceBound {
   // `stiffness_N_m`.
   void limit_to(double stiffness_N_m, const std::function<double(double force_N)>& growth);
 
+  // Raises the bound: nowhere is the contact less stiff than `other`.
+  void at_least(const ForceBound& other);
+
   bool is_bounded() const;
   // The largest stiffness that the contact can have at this force, N/m.
   double stiffness_N_m(double force_N) const;

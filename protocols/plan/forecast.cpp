@@ -31,14 +31,22 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
   return 2 * way_m / (tau + std::sqrt(tau * tau + 2 * way_m / a));
 }
 
-Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected)
-    : caps_(std::move(caps)), bound_(std::move(bound)), expected_(std::move(expected)) {}
+Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected,
+                   std::optional<ForceBound> if_free)
+    : caps_(std::move(caps)),
+      bound_(std::move(bound)),
+      expected_(std::move(expected)),
+      if_free_(std::move(if_free)) {}
 
 double Forecast::growth(double from_N, double to_N) const {
   if (to_N <= from_N) return expected_ ? growth_margin() : 1;
   if (!expected_) return std::numeric_limits<double>::infinity();
-  const double ratio = expected_->stiffness_N_m(to_N) / expected_->stiffness_N_m(from_N);
-  return growth_margin() * std::max(ratio, std::sqrt(to_N / from_N));
+  double ratio = std::sqrt(to_N / from_N);
+  for (const auto* contact : {&expected_, &if_free_}) {
+    if (!*contact || !(*contact)->is_bounded()) continue;
+    ratio = std::max(ratio, (*contact)->stiffness_N_m(to_N) / (*contact)->stiffness_N_m(from_N));
+  }
+  return growth_margin() * ratio;
 }
 
 // The stiffness was measured on the way back from a force as a slope. Of that way it is the slope

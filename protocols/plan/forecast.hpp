@@ -18,14 +18,16 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m);
 
 class Forecast {
  public:
-  // `expected`: the contact by the model of the specimen, if there is one.
-  Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected);
+  // `expected`: the contact by the model of the specimen, if there is one. `if_free`: the same if
+  // nothing held the specimen sideways.
+  Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected,
+           std::optional<ForceBound> if_free = {});
 
   const ForceBound& bound() const { return bound_; }
   // Takes a stiffness that was measured, as an upper bound, on the way back from `felt_N`. From
   // there on the contact is assumed to stiffen at most 1.5 times as much as the model's does, or as
-  // the root of the force. F = k x (1 + c x) stiffens at most like that root, whatever its c, and a
-  // Hertzian contact (cube root) less.
+  // that of the free specimen, or as the root of the force. F = k x (1 + c x) stiffens at most like
+  // that root, whatever its c, and a Hertzian contact (cube root) less.
   void measured(double felt_N, double stiffness_N_m);
   static double growth_margin() { return 1.5; }
   // Announces that a search will stop at this force and measure the stiffness that the model
@@ -64,7 +66,7 @@ class Forecast {
 
   FrameCapabilities caps_;
   ForceBound bound_;
-  std::optional<ForceBound> expected_;
+  std::optional<ForceBound> expected_, if_free_;
   std::optional<ForceBound> if_measured_;
   bool measured_ = false;
 };

@@ -89,10 +89,13 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
                     Forecast::growth_margin()));
   }
   if (exceeds(worst, limit)) {
+    // The guard of a run does not know noise from force, so the speed leaves room for noise.
+    const double noise = kNoiseSigmas * force_noise_N(rig_.known()).value_or(0);
+    const double most = felt < limit - noise ? limit - noise : limit;
     const double fastest = rig_.can_be_measured()
-                               ? std::max(rig_.forecast().fastest_m_s(felt, limit),
-                                          rig_.forecast().fastest_if_measured_m_s(felt, limit))
-                               : rig_.forecast().fastest_m_s(felt, limit);
+                               ? std::max(rig_.forecast().fastest_m_s(felt, most),
+                                          rig_.forecast().fastest_if_measured_m_s(felt, most))
+                               : rig_.forecast().fastest_m_s(felt, most);
     const std::string why = fmt::format(
         "{:.4g} mm/s to {:.4g} N may end at {} N on a contact of up to {:.3g} N/mm, "
         "the limit is {:.4g} N",

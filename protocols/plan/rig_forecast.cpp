@@ -11,8 +11,15 @@ Forecast make_forecast(const Rig& rig) {
   constexpr double kRigid = std::numeric_limits<double>::infinity();
   ForceBound bound(rig.specimen_least_m, rig.frame_stiffness_N_m.value_or(kRigid));
   std::optional<ForceBound> expected;
-  if (rig.compression_m) expected.emplace(rig.compression_m);
-  return Forecast(rig.frame, std::move(bound), std::move(expected));
+  if (rig.compression_m) {
+    expected.emplace(rig.compression_m);
+    bound.at_least(*expected);
+  }
+  std::optional<ForceBound> if_free;
+  if (rig.specimen_free_m) {
+    if_free.emplace(rig.specimen_free_m, rig.frame_stiffness_N_m.value_or(kRigid));
+  }
+  return Forecast(rig.frame, std::move(bound), std::move(expected), std::move(if_free));
 }
 
 std::vector<std::string> forecast_assumptions(const Rig& rig, const Forecast& forecast) {
@@ -21,9 +28,11 @@ std::vector<std::string> forecast_assumptions(const Rig& rig, const Forecast& fo
                     ? fmt::format("frame and cell are at most {:.4g} N/mm stiff, as stated",
                                   *rig.frame_stiffness_N_m * 1e-3)
                     : "frame and cell are taken for rigid: no stiffness_N_mm is stated for them");
-  out.push_back(rig.specimen_least_m
-                    ? "the specimen is at most as stiff as if its layers could not move sideways"
-                    : "the specimen is taken for rigid: its stiffness is not known");
+  out.push_back(
+      rig.specimen_least_m
+          ? "the specimen is at most as stiff as with layers that cannot move sideways, or that "
+            "nothing holds, whichever is stiffer at that force"
+          : "the specimen is taken for rigid: its stiffness is not known");
   if (forecast.bound().is_bounded()) {
     out.push_back(fmt::format(
         "so the contact is at most {:.4g} N/mm stiff at 0 N, {:.4g} N/mm at 1 N",

@@ -27,7 +27,7 @@ void Distrust::disbelieve(const Contradiction& contradiction) {
       distrust_force();
       if (pressing_ != nullptr) pressing_->distrust(why);
       break;
-    case Disbelief::drive: return drive_.keep_hands_off(why);
+    case Disbelief::drive: drive_.keep_hands_off(why); return;
     case Disbelief::stillness: break;
   }
   interrupts_.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
@@ -44,9 +44,9 @@ void Distrust::forget_places(const std::string& why) {
   if (pressing_ != nullptr) pressing_->distrust(why);
 }
 
-void Distrust::lose_origin(const std::string& why) {
+bool Distrust::lose_origin(const std::string& why) {
   forget_places(why);
-  drive_.keep_hands_off(why, Errc::refused);
+  return drive_.keep_hands_off(why, Errc::refused);
 }
 
 void Distrust::heed(const EventName& kind, const std::string& detail) {

@@ -43,7 +43,8 @@ class Distrust {
   // Stops trusting the force: every force is allowed, but no motion except away from the specimen.
   void distrust_force();
   // Gives up the known places, which belong to another zero. Not even the way back is known then.
-  void lose_origin(const std::string& why);
+  // Returns the same as FrameDrive::keep_hands_off.
+  bool lose_origin(const std::string& why);
 
   // Call after the last stop of the frame: a motion from then on is only noted.
   void run_ended() { ended_ = true; }

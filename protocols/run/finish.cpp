@@ -33,12 +33,14 @@ void Finish::fail_with(Errc code, std::string_view why) {
 }
 
 void Finish::hear(const InterruptRequest& stop) {
-  heard_.push_back(stop.why);
+  if (stop.hands_off) told_hands_off_ = true;
   if (stop.code == Errc::not_standing) told_standstill_ = true;
 }
 
 Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
-  if (stop && stop->code == Errc::frame_fault) run_.drive.keep_hands_off(stop->why);
+  if (stop && stop->code == Errc::frame_fault && run_.drive.keep_hands_off(stop->why)) {
+    stop->hands_off = true;
+  }
   run_.progress.enter(RunState::finishing);
   run_.guard.expect_standstill();
   stop = run_.interrupts.begin_finish(std::move(stop));
@@ -192,8 +194,7 @@ void Finish::tell_hands_off(bool cleared) {
     result_.exit_status = ExitStatus::fail;
     result_.code = why->code;
   }
-  const auto is_why = [this](const std::string& said) { return run_.drive.is_hands_off(said); };
-  if (std::ranges::none_of(heard_, is_why)) add_remark(result_.reason, why->what);
+  if (!told_hands_off_) add_remark(result_.reason, why->what);
   constexpr std::string_view kStill =
       "nothing is moved any more until a person has looked at the rig";
   if (cleared || told_not_run_) {

@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/losses.hpp"
@@ -45,9 +44,8 @@ class Finish {
   const TakeOver& take_over_;
   RunSteps run_steps_;
   RunResult result_;
-  // Why the steps and `finally` were stopped. The run's reason contains these texts already.
-  std::vector<std::string> heard_;
-  bool told_not_run_ = false, told_standstill_ = false;
+  // What the run's reason contains already.
+  bool told_hands_off_ = false, told_not_run_ = false, told_standstill_ = false;
 };
 
 }  // namespace lcrig

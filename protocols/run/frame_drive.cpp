@@ -76,13 +76,15 @@ Task<Result<>> FrameDrive::restore_hold() {
   co_return co_await hold_force(*held_force_N_);
 }
 
-void FrameDrive::keep_hands_off(std::string why, Errc code) {
-  if (hands_off_ || interrupts_.over()) return;
-  hands_off_ = Error(code, why);
+bool FrameDrive::keep_hands_off(std::string why, Errc code) {
+  if (hands_off_ || interrupts_.over()) return false;
+  hands_off_ = Error(code, std::move(why));
+  hands_off_->hands_off = true;
   held_force_N_.reset();
   forget_limits();
-  log_.event(EventKind::hands_off, why);
-  interrupts_.ask(InterruptRequest(Interrupt::fault, Error(code, std::move(why))));
+  log_.event(EventKind::hands_off, hands_off_->what);
+  interrupts_.ask(InterruptRequest(Interrupt::fault, *hands_off_));
+  return true;
 }
 
 Result<> FrameDrive::may_move() const {
@@ -92,11 +94,9 @@ Result<> FrameDrive::may_move() const {
                 "step are wrong");
   }
   if (!hands_off_) return {};
-  return fail(hands_off_->code, "{}: nothing is moved any more", hands_off_->what);
-}
-
-bool FrameDrive::is_hands_off(std::string_view why) const {
-  return hands_off_ && (why == hands_off_->what || why == may_move().error().what);
+  Error refusal = *hands_off_;
+  refusal.what += ": nothing is moved any more";
+  return fail(std::move(refusal));
 }
 
 }  // namespace lcrig

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
@@ -48,13 +47,11 @@ class FrameDrive {
   Task<Result<>> restore_hold();
 
   // Stops the run. From now on nothing that moves the frame is sent, not even by `finally`, until a
-  // person has looked. `why` is for people and becomes part of the run's reason.
-  void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
+  // person has looked. `why` is for people and becomes part of the run's reason. False: there was
+  // another reason already, or the run is over.
+  bool keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   const std::optional<Error>& hands_off() const { return hands_off_; }
   Result<> may_move() const;  // checked before every motion
-  // True when `why` is the text of hands_off(), or the text with which may_move() refuses. Such a
-  // reason is reported only once.
-  bool is_hands_off(std::string_view why) const;
 
   // The instruments may have received a command, so `finally` has to run.
   bool prepared() const { return prepared_; }

@@ -97,6 +97,7 @@ Plausibility::Motion FrameTruth::motion_now(double direction, double speed_m_s) 
   const double least_N = std::max(kDriftSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
   m.against_N = least_N + (direction > 0 ? kMayRelax : kMayGiveBack) * felt_N + zero_doubt_N();
   m.drift_N_s = drift_N_s_;
+  m.late_s = to_seconds(setup_.frame.capabilities().reaction);
   if (direction > 0) {  // pressing a specimen never makes it pull
     const double room_N = m.force_N - guard_.limits().force_min_N;
     m.against_N = std::min(m.against_N, std::max(room_N, kDriftSigmas * noise_N));

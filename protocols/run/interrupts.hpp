@@ -26,10 +26,12 @@ EventKind event_of(Interrupt i);  // the event that reports the interrupt
 struct InterruptRequest {
   InterruptRequest() = default;
   InterruptRequest(Interrupt k, std::string w);
-  InterruptRequest(Interrupt k, Error e) : kind(k), code(e.code), why(std::move(e.what)) {}
+  InterruptRequest(Interrupt k, Error e)
+      : kind(k), code(e.code), why(std::move(e.what)), hands_off(e.hands_off) {}
   Interrupt kind = Interrupt::abort;
   Errc code = Errc::aborted;
   std::string why;
+  bool hands_off = false;  // as in Error
 };
 
 // A step that failed becomes an interrupt that nobody asked for.

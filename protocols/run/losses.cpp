@@ -231,8 +231,11 @@ Task<Result<>> Losses::try_frame() {
   // Another machine, or this one with other capabilities: waiting is useless.
   if (!identity && identity.error().code == Errc::refused) {
     note_attempt(frame_, identity.error());
-    if (run_.setup.moves()) run_.drive.keep_hands_off(identity.error().what, Errc::refused);
-    co_return fail(identity.error());
+    Error& refusal = identity.error();
+    if (run_.setup.moves()) {
+      refusal.hands_off = run_.drive.keep_hands_off(refusal.what, Errc::refused);
+    }
+    co_return fail(refusal);
   }
   if (!identity) {
     note_attempt(frame_, identity.error());

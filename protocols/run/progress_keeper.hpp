@@ -13,15 +13,27 @@ namespace lcrig {
 
 class ProgressKeeper {
  public:
-  explicit ProgressKeeper(const RunSetup& setup);
+  explicit ProgressKeeper(const RunSetup& setup) {
+    progress_.run = setup.run;
+    progress_.protocol = setup.protocol.name;
+    progress_.specimen = setup.specimen;
+    progress_.planned_s = setup.planned.total_s;
+    progress_.left_s = setup.planned.total_s;
+  }
 
   const RunProgress& now() const { return progress_; }
   RunState state() const { return progress_.state; }
   std::int64_t steps_done() const { return progress_.steps_done; }
 
   void enter(RunState state) { progress_.state = state; }  // next phase of the run
-  void enter_repeat(std::int64_t repeat, std::int64_t repeats);
-  void enter_step(const Step& step);
+  void enter_repeat(std::int64_t repeat, std::int64_t repeats) {
+    progress_.repeat = repeat;
+    progress_.repeats = repeats;
+  }
+  void enter_step(const Step& step) {
+    progress_.step_id = step.id;
+    progress_.step_kind = kind_of(step);
+  }
   void count_step() { ++progress_.steps_done; }  // one more step is done
 
   // Sets a state while this object lives, and then restores the previous one, even if the coroutine

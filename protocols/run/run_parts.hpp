@@ -3,9 +3,6 @@
 // recovery from a loss, the take-over of another run and the end of a run use all of them.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/distrust.hpp"
 #include "protocols/run/event_log.hpp"

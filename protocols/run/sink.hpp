@@ -12,7 +12,7 @@
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
-#include "events/run_event.hpp"
+#include "events/payloads.hpp"
 #include "protocols/question.hpp"
 #include "protocols/run/load_level.hpp"
 

@@ -73,7 +73,7 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
       first_step_of(run_.setup.protocol, run_.setup.environment, from.point.steps_done);
   auto same = compare_frame_at(first);
   if (!same) {
-    run_.distrust.lose_origin(same.error().what);
+    same.error().hands_off = run_.distrust.lose_origin(same.error().what);
     co_return same;
   }
   run_.view.zeroed(from.point.zeroed);

@@ -17,9 +17,6 @@ using namespace std::chrono_literals;
 constexpr Duration kGrace = 300ms;
 constexpr double kLeastProgress = 0.1;  // of the way at the ordered speed
 constexpr int kQuarters = 4;
-constexpr double kLeastDigit_m = 1e-10;  // below the resolution of any drive, so only rounding
-constexpr double kCoarsestDigit_m = 12e-6;  // above the resolution of any drive, so motion between
-                                            // two samples
 constexpr double kOneDigit = 1.5;  // digits of the travel; a smaller change is no motion
 // A jump of the force while the frame stands is seen by the medians of two short intervals. They
 // are so far apart that no knock lasts as long, and no relaxation is as quick.
@@ -46,6 +43,7 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
   press.relaxes_N_s = relaxes_N_s();
   press.holds = motion.holds;
   press_.begin(press, now);
+  shown_ = (state_ == State::standing ? since_ : now) + from_seconds(motion.late_s) + kOnTheWay;
   state_ = State::moving;
   motion_ = motion;
   since_ = now;
@@ -196,6 +194,10 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
+  // The frame may move away before the cell has shown all of the force that it pressed with. Once
+  // the force falls, it has.
+  if (force_N < limit_N) shown_ = MonoTime::min();
+  if (motion_.direction < 0 && t <= shown_) motion_.force_N = std::max(motion_.force_N, force_N);
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
   const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {
@@ -234,7 +236,9 @@ double Plausibility::stall_s() const {
   if (motion_.direction == 0) {
     return std::max(figures_.stall_s, 4 * figures_.order_force_N / motion_.rate_N_s);
   }
-  const double way_m = std::max(1.5 * figures_.against_m, 3 * digit_m_);
+  // A travel that has not changed yet may be as coarse as one can be.
+  const double digit_m = digit_m_ > 0 ? digit_m_ : kCoarsestDigit_m;
+  const double way_m = std::max(1.5 * figures_.against_m, 3 * digit_m);
   return std::max(figures_.stall_s, way_m / motion_.speed_m_s);
 }
 
@@ -334,7 +338,7 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
     if (t - s.t <= kShort) new_N.push_back(s.force_N);
   }
   if (old_N.size() < 2 || new_N.size() < 2) return std::nullopt;
-  const double before = middle(old_N), after = middle(new_N);
+  const double before = upper_median(old_N), after = upper_median(new_N);
   const double felt_N = std::max(std::abs(before), std::abs(after));
   const double allowed_N =
       std::max(2 * figures_.contact_force_N, figures_.order_force_N) + kJump * felt_N;

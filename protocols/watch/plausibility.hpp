@@ -48,6 +48,8 @@ class Plausibility {
     // while moving away; and its growth with time, for a cell that is known to drift.
     double against_N = 0, drift_N_s = 0;
     double waver_N = 0;  // of a force loop, to either side
+    // The cell may show a force this late (its filter, the controller): the reaction of CAPS.
+    double late_s = 0;
     std::optional<double> target_m;  // end of the motion; a servo may overshoot it and come back
     bool holds = false;  // holds a force until the next order
   };
@@ -101,6 +103,7 @@ class Plausibility {
   bool force_believed_ = true;
   Motion motion_;
   MonoTime since_{};  // start of this state
+  MonoTime shown_{};  // from here on the cell shows what the motion before this one did
   MonoTime zeroed_{};  // when the force was last zeroed
   std::optional<double> furthest_m_;  // of this motion, in its direction
   std::optional<double> peak_N_, before_N_;  // of this motion: largest force; previous force

@@ -10,9 +10,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kLeastStep_m = 1e-10;  // below the resolution of any drive, so only rounding
-constexpr double kCoarsest_m = 12e-6;  // above the resolution of any drive, so motion between two
-                                       // samples
 constexpr int kSureChanges = 5;  // with fewer changes a larger divisor may be chance
 constexpr double kLeastChange_m = 5e-9;  // smaller changes come from travels that are sent in whole
                                          // nanometres
@@ -57,12 +54,6 @@ double mean_square(const std::vector<double>& v) {
 }
 
 }  // namespace
-
-double middle(std::vector<double>& values) {
-  const auto at = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, at);
-  return *at;
-}
 
 void Rest::add(std::span<const FrameSample> samples) {
   for (const FrameSample& s : samples) {
@@ -168,9 +159,9 @@ double Rest::travel_jitter_m() const {
   if (x.size() < kJitterSamples) return 0;
   std::vector<double> steps(x.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = x[i + 1] - x[i];
-  const double usual = middle(steps);
+  const double usual = upper_median(steps);
   for (double& step : steps) step = std::abs(step - usual);
-  return middle(steps) / kMiddleOfSteps;
+  return upper_median(steps) / kMiddleOfSteps;
 }
 
 bool Rest::stands() const {
@@ -182,27 +173,35 @@ void TravelStep::add(std::optional<double> travel_m) {
   if (!travel_m) return;
   const double step = last_m_ ? std::abs(*travel_m - *last_m_) : 0;
   last_m_ = travel_m;
-  if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
+  if (step > kLeastDigit_m && (!step_m_ || step < *step_m_)) step_m_ = step;
 }
 
-// Uses Euclid's algorithm for the greatest common divisor.
 void TravelDigit::add(double travel_m) {
   const std::optional<double> last_step_m = last_step_m_;
   if (last_m_) last_step_m_ = travel_m - *last_m_;
   last_m_ = travel_m;
-  double change_m = last_step_m ? std::abs(*last_step_m_ - *last_step_m) : 0;
-  if (change_m < kLeastChange_m) return;
-  ++changes_;
-  while (change_m > 0) {
-    const double larger_m = std::max(common_m_, change_m);
-    common_m_ = common_m_ > 0 ? std::min(common_m_, change_m) : change_m;
+  if (last_step_m_) of_steps_.add(std::abs(*last_step_m_));
+  if (last_step_m) of_changes_.add(std::abs(*last_step_m_ - *last_step_m));
+}
+
+// Uses Euclid's algorithm.
+void TravelDigit::Divisor::add(double value_m) {
+  if (value_m < kLeastChange_m) return;
+  ++values_;
+  while (value_m > 0) {
+    const double larger_m = std::max(common_m_, value_m);
+    if (common_m_ > 0 && larger_m - std::min(common_m_, value_m) > kLeastChange_m) differ_ = true;
+    common_m_ = common_m_ > 0 ? std::min(common_m_, value_m) : value_m;
     const double left_m = std::abs(std::remainder(larger_m, common_m_));
-    change_m = left_m > std::min(kMultiple * common_m_, 2 * kLeastChange_m) ? left_m : 0;
+    value_m = left_m > std::min(kMultiple * common_m_, 2 * kLeastChange_m) ? left_m : 0;
   }
 }
 
 double TravelDigit::digit_m() const {
-  return changes_ >= kSureChanges && common_m_ <= kCoarsest_m ? common_m_ : 0;
+  const double sure_m = of_changes_.values() >= kSureChanges ? of_changes_.common_m() : 0;
+  const double at_most_m = of_steps_.differ() ? of_steps_.common_m() : 0;
+  const double digit_m = sure_m > 0 ? sure_m : at_most_m;
+  return digit_m <= kCoarsestDigit_m ? digit_m : 0;
 }
 
 }  // namespace lcrig

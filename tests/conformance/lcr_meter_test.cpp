@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The promises of every LcrMeter, for every driver, on its simulator (over memory and through the
-// kernel) and on a replayed wire log. A new driver adds one line to kCases. LCRIG_ACCEPT=1 records
-// the wire logs anew.
+// The promises of every LcrMeter, checked for every driver: on its simulator (over memory and
+// through the kernel) and on a replayed wire log. A new driver adds one line to kCases.
+// LCRIG_ACCEPT=1 records the wire logs anew.
 #include <gtest/gtest.h>
 
 #include <algorithm>

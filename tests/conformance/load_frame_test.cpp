@@ -20,7 +20,7 @@ class Bench {
  public:
   virtual ~Bench() = default;
   virtual LoadFrame& frame() = 0;
-  // A motion that lasts long in this rig.
+  // A motion that takes long in this rig.
   virtual Task<Result<MotionOutcome>> long_motion() = 0;
   // A motion of the same kind beyond wide_limits().
   virtual Task<Result<MotionOutcome>> forbidden_motion() = 0;

@@ -50,7 +50,7 @@ class EveryWire : public testing::TestWithParam<WireKind> {
   Result<> write(Transport& end, const std::string& bytes) {
     return run_task(io, clock, end.write_all(bytes, clock.now() + 1s));
   }
-  // Begins a task and cancels it while it waits; its outcome.
+  // Begins a task, cancels it while it waits, and returns its outcome.
   template <class T>
   T cancelled(Task<T> task) {
     asio::cancellation_signal signal;
@@ -66,7 +66,7 @@ class EveryWire : public testing::TestWithParam<WireKind> {
     return support::take(out);
   }
 
-  VirtualClock clock;  // outlives io: waits that are destroyed with it deregister
+  VirtualClock clock;  // outlives io: waits that are destroyed with io deregister here
   asio::io_context io;
   std::unique_ptr<Transport> near, far;
 };

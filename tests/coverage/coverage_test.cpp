@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Do the confidence intervals contain the true values when the specimen, the meter or the repeats
-// are difficult? A hundred seeds of every world, judged by the sum over the cells;
+// are difficult? There are a hundred seeds of every world, judged by the sum over the cells;
 // bench/coverage_worlds.cpp has the table. No two worlds share seeds, so their counts are
-// independent. Two tests rehearse on a bench that errs as real ones do; bench/coverage.cpp has
-// its table.
+// independent. Two tests rehearse on a bench with the errors of real ones; bench/coverage.cpp has
+// their table.
 #include <gtest/gtest.h>
 
 #include <boost/math/distributions/binomial.hpp>
@@ -19,8 +19,8 @@ namespace lcrig::worlds {
 namespace {
 
 constexpr int kSeeds = 100;
-constexpr double kLeast = 0.93, kMost = 0.97;  // share of intervals that hold, in the long run
-constexpr double kChance = 0.0005;  // probability on either side
+constexpr double kLeast = 0.93, kMost = 0.97;  // shares of intervals that hold in the long run
+constexpr double kChance = 0.0005;  // probability of a failure by chance, on either side
 
 struct Count {
   int runs = 0, held = 0;
@@ -57,8 +57,8 @@ void visit(const RunData& shape, const World& world, std::uint64_t first, Tally&
 }
 
 // One run cannot exclude that its noise has a slow part. Where it has none, the intervals of C0 and
-// drift are too wide, and take no part in the upper limit. Nor do increases between runs: they have
-// a part for the instants of the readings, in which the bench does not err.
+// drift are too wide; the upper limit does not apply to them. Nor does it to increases between
+// runs: their intervals allow for errors of the instants, which the bench does not have.
 bool may_be_wide(const std::string& cell) {
   return cell.find(", increase") != std::string::npos || cell.ends_with("C0") ||
          cell.ends_with("C0_pF") || cell.ends_with("drift") || cell.ends_with("fF_per_h");
@@ -105,8 +105,8 @@ TEST(Coverage, OfOneAndTwoRepeats) {
 }
 
 void rehearse(const Rehearsed& what) {
-  // Three rehearsals each. No estimator was chosen on these seeds, and none may be: after that,
-  // take others.
+  // Each seed is rehearsed three times. No estimator was tuned on these seeds. If one ever is, take
+  // other seeds.
   constexpr std::uint64_t kRehearsed = 100, kFirst = 771'001;
   const TempDir dir;
   Tally tally;

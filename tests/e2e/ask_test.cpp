@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions to people, with programs as processes: at a terminal, with `lcrig answer`, and when the
-// daemon dies while one waits.
+// Questions to people, with the programs as processes: at a terminal, with `lcrig answer`, and
+// after the daemon died while one was open.
 #include "tests/e2e/rig.hpp"
 #include "tests/e2e/terminal.hpp"
 

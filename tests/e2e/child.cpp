@@ -44,9 +44,9 @@ namespace {
   ::_exit(127);
 }
 
-// Likewise.
+// Also runs between fork and exec.
 bool turn_into(const Person& person) {
-  ::umask(0027);  // as the service has it
+  ::umask(0027);  // as in the service
   return ::setgroups(0, nullptr) == 0 && ::setgid(person.group) == 0 && ::setuid(person.user) == 0;
 }
 

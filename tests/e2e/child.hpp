@@ -28,7 +28,7 @@ class LineReader {
   ~LineReader();
   LineReader(const LineReader&) = delete;
   LineReader& operator=(const LineReader&) = delete;
-  // nullopt: end of file, or timeout.
+  // nullopt: end of file, or no line in time.
   std::optional<std::string> next(Timeout timeout);
   std::string rest(Timeout timeout);  // to the end of file
   int fd() const { return fd_; }
@@ -39,11 +39,11 @@ class LineReader {
   std::string buffer_;
 };
 
-// environment(): of this process without LCRIG_*, plus `variables`. pointers(): as execve takes it.
+// environment(): that of this process without LCRIG_*, plus `variables`. pointers(): for execve.
 std::vector<std::string> environment(const std::map<std::string, std::string>& variables);
 std::vector<char*> pointers(std::vector<std::string>& texts);
 
-// The owner of a process. Only root can start one of another person.
+// The owner of a process. Only root can start a process of another person.
 struct Person {
   uid_t user = 0;
   gid_t group = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// lcrigd with a config file that is good, bad or not there.
+// lcrigd with a config file that is good, bad or missing.
 #include <filesystem>
 
 #include "tests/e2e/rig.hpp"
@@ -146,7 +146,7 @@ TEST_F(ConfigFile, ACheckWarnsOfADatabaseThatCannotBeMadeNow) {
   EXPECT_THAT(shipped.err, HasSubstr("there is no folder /var/lib/lcrig for `database`"));
 }
 
-// Exit status 2: the unit does not start it again (RestartPreventExitStatus).
+// With exit status 2 the unit does not start the daemon again (RestartPreventExitStatus).
 TEST_F(ConfigFile, ABadOneIsRefusedWithItsPlaceAndStatus2) {
   write("bad.json", "{ \"format\": \"lcrigd-config/1\",\n  \"meters\": {} }");
   for (const bool check : {true, false}) {

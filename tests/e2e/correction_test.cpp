@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meter's open correction by the command line, with a meter on a pty that takes its time.
+// The meter's open correction from the command line, with a meter on a pty that takes its time.
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {

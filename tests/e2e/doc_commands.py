@@ -14,14 +14,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Commands of other programs need root, systemd or a compiler: they are not tried here.
+# Commands of other programs are not tried here, because they need root, systemd or a compiler.
 OURS = re.compile(r"^(build/bin/|tools/gateway/)?(lcrig|lcrigd|lcrig-sim|lcrig-gateway|"
                   r"check_gateway\.py|sqlite3)( |$)")
 TALKS_TO_DAEMON = re.compile(r"lcrig (run|status|watch|pause|resume|stop|abort|freeze|confirm|answer|"
                              r"queue|runs|lcr)( |$)")
-# A run in real time takes a quarter of an hour; its plan asks the same instruments.
+# A run in real time takes a quarter of an hour. Its plan asks the same instruments instead.
 REAL_TIME = re.compile(r"^lcrig run ")
-# So does a correction, which also needs a person: correction_test.cpp makes one.
+# A correction takes long, too, and needs a person. correction_test.cpp makes one instead.
 WITH_A_PERSON = re.compile(r"^lcrig lcr correct ")
 YOURS = ("my_machine:",)  # a program that the reader writes
 SERVERS = ("lcrig-sim", "lcrig-gateway")
@@ -40,7 +40,7 @@ def free_ports(count):
 class Pages:
     def __init__(self, programs, folder):
         self.programs, self.folder = programs, folder
-        self.port, self.panel_port = free_ports(2)  # for the pages' 4710 and 4711
+        self.port, self.panel_port = free_ports(2)  # instead of the pages' 4710 and 4711
         self.ran, self.failed, self.running = 0, [], []
 
     def commands(self, page):
@@ -101,7 +101,7 @@ class Pages:
             words.append("--dry-run")
         if WITH_A_PERSON.match(command):
             words.append("--help")
-        if words[1:] == ["config", "check"]:  # of the example, which the page installs before
+        if words[1:] == ["config", "check"]:  # checks the example that the page installed before
             words.append(str(Path("systemd/lcrigd.example.json").resolve()))
         if name == "lcrigd":
             words += ["--config", str(self.folder / "lcrigd.json")]
@@ -144,7 +144,7 @@ class Pages:
                   "frame": {"driver": "zwick", "port": frame, "stiffness_N_mm": 25},
                   "fixture": {"probe_diameter_mm": 4.0}}
         (self.folder / "lcrigd.json").write_text(json.dumps(config), encoding="utf-8")
-        # A run that can be shown.
+        # Makes a run that the commands can show.
         self.run([str(self.programs / "lcrig"), "rehearse", "preconditioning", "--specimen", "paper-1",
                   "--db", str(self.folder / "daemon.db")], "the first run")
         self.start_daemon([str(self.programs / "lcrigd"), "--config",
@@ -171,7 +171,7 @@ class Pages:
                 continue
             words = self.words(command)
             self.ran += 1
-            if words[0].endswith("check_gateway.py"):  # of an honest one
+            if words[0].endswith("check_gateway.py"):  # the check of an honest gateway
                 self.stop_servers()
                 self.serve(self.words("lcrig-gateway --port 4710"))
             if Path(words[0]).name in SERVERS:
@@ -190,7 +190,7 @@ class Pages:
         environment = dict(os.environ, HOME=str(self.folder), XDG_DATA_HOME=str(self.folder),
                            LCRIG_SOCKET=str(self.folder / "c.sock"))
         database = self.folder / "daemon.db"
-        if not database.exists():  # without a daemon a command writes only into a file that is named
+        if not database.exists():  # without a daemon, commands write only into a file that is named
             database = self.folder / "lcrig" / "lcrig.db"
             database.parent.mkdir(exist_ok=True)
         environment["LCRIG_DB"] = str(database)

@@ -15,7 +15,7 @@ class FaultScripts : public Rig {
     write("faults.json", R"({ "format": "faults/1", "faults": [)" + faults + "] }");
     return file("faults.json");
   }
-  // Waits until the meter's port differs from `port`, and returns it. "" means that it has none.
+  // Waits until the meter has another port than `port`, and returns it. "" means that it has none.
   std::string port_other_than(const std::string& port) {
     const auto limit = std::chrono::steady_clock::now() + 15s;
     std::string now = port;

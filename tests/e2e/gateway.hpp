@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rig whose frame is the reference gateway in Python (tools/gateway). It has a simulated machine
-// and its own record of the truth. The meter is lcrig-sim's. Used by gateway_test.cpp and
-// lies_test.cpp.
+// A rig whose frame is the reference gateway in Python (tools/gateway), which has a simulated
+// machine and keeps its own record of the truth. The meter is lcrig-sim's. Used by gateway_test.cpp
+// and lies_test.cpp.
 #pragma once
 
 #include "tests/e2e/rig.hpp"
@@ -16,7 +16,7 @@ class Gateway : public Rig {
   void start_rig(const std::vector<std::string>& machine = kForeign,
                  const std::vector<std::string>& options = {});
   void TearDown() override;
-  // Ends the gateway and returns the summary of the true values that it writes last.
+  // Ends the gateway and returns the summary of the true values that it writes at its end.
   json end_gateway();
   std::vector<json> truth() const;  // the lines of the record so far
   json foreign_config(std::optional<double> stiffness_N_mm = 150) const;

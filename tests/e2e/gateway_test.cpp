@@ -23,7 +23,7 @@ TEST_F(Gateway, ARunOnAForeignFrameSucceedsWithinItsLimit) {
   EXPECT_EQ(end.value("exit_status", ""), "success") << end;
   EXPECT_EQ(number("SELECT simulated FROM run"), 1) << "the gateway says that it is not real";
   // The contact (120 N/mm) is measured from a few samples of a cell that scatters. The upper bound
-  // must hold, and every prediction as well.
+  // must hold, and so must every prediction.
   const std::string of_contact = "') FROM event WHERE kind='stiffness'";
   EXPECT_GE(number("SELECT json_extract(detail,'$.at_most_N_m" + of_contact), 118e3);
   EXPECT_NEAR(number("SELECT json_extract(detail,'$.stiffness_N_m" + of_contact), 120e3, 25e3);
@@ -120,7 +120,7 @@ TEST_F(Gateway, AKilledDaemonLeavesAFrameThatStandsAndTheNextOneStopsItFirst) {
   gateway_.reset();
 }
 
-// Meanwhile testXpert or a person at the panel works with the machine.
+// In the meantime testXpert or a person at the panel works with the machine.
 TEST_F(Gateway, AnIdleDaemonLeavesTheFrameAlone) {
   start_rig();
   start_daemon(foreign_config());
@@ -173,7 +173,7 @@ TEST_F(Gateway, AnOldGatewayIsCommandedButNotObserved) {
   gateway_.reset();
 }
 
-// After a new zero, the samples of the first run mean nothing any more.
+// After a new zero the samples of the first run no longer mean anything.
 TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   start_rig();
   Child& daemon = start_daemon(foreign_config());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The administrator's view: the journal, the service's status, and the daemon's words about its
+// What an administrator sees: the journal, the service's status, and what the daemon says about its
 // ports while nothing runs.
 #include <filesystem>
 #include "base/clock.hpp"
@@ -15,7 +15,7 @@ using testing::Not;
 
 class Journal : public Rig {
  protected:
-  // Output of `lcrig status` once it has the words; empty: never within the time.
+  // Output of `lcrig status` once it contains the words; empty: it did not in time.
   std::string status_with(const std::string& words) {
     const RealClock clock;
     const MonoTime limit = clock.now() + 20s;

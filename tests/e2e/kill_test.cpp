@@ -38,7 +38,7 @@ class Kills : public Rig {
         ++resumed_;
         return answer["result"].value("run", std::int64_t{0});
       }
-      // The only valid reasons: there is nothing to continue, or a zero that nobody can confirm.
+      // The only valid refusals: there is nothing to continue, or nobody can confirm the zero.
       EXPECT_THAT(answer.dump(),
                   testing::AnyOf(HasSubstr("in `finally`"), HasSubstr("before its first step"),
                                  HasSubstr("interrupted while it zeroed")));
@@ -114,8 +114,8 @@ TEST_F(Kills, AtRandomInstantsLoseNothingAndTheRunGoesOn) {
               static_cast<long long>(acknowledged_), static_cast<long long>(missing_));
 }
 
-// The whole process is stopped, so nothing may report that it works. Hangs inside of the process
-// are tested in tests/unit/daemon and tests/scenario.
+// The whole process is stopped, so nothing may report that it works. Hangs inside the process are
+// tested in tests/unit/daemon and tests/scenario.
 TEST_F(Kills, TheServiceManagerHearsOfAWorkingDaemonAndOfNoStoppedOne) {
   start_sim();
   daemon_variables_["WATCHDOG_USEC"] = "400000";
@@ -144,15 +144,15 @@ TEST_F(Kills, TheFrameIsMadeSafeFirstEvenWithoutAMeter) {
   sim("unplug lcr");
   start_daemon(config(), "d2");
   Control again = control();
-  // A start waits until the frame was made safe. This one then fails because the meter is absent.
+  // A start waits until the frame is safe. This one then fails because the meter is absent.
   EXPECT_TRUE(start_run(again, kQuickProtocol).contains("error"));
   EXPECT_FALSE(sim("status").value("moving", true));
   EXPECT_THAT(query("SELECT text FROM run_note WHERE run_id = 1"),
               HasSubstr("the frame confirmed standstill"));
 }
 
-// Another program may hold the database, and the disk may be full: the frame does not wait for
-// that.
+// Another program may hold the database, or the disk may be full. The frame must not wait for
+// either.
 TEST_F(Kills, TheFrameIsMadeSafeBeforeTheDatabaseIsOpened) {
   start_sim();
   Child& daemon = start_daemon(config());
@@ -211,7 +211,7 @@ TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
       << "the gap of the first run is known to the second";
   EXPECT_THAT(query("SELECT text FROM run_note WHERE run_id = 1"), HasSubstr("continued by run 2"));
   EXPECT_THAT(second.log(), HasSubstr("run 1: continued by run 2"));
-  // The database is neither where the daemon's is by default nor the user's own.
+  // The database is neither the daemon's default nor the user's own.
   const Ended noted =
       lcrig({"runs", "note", "2", "looked at it", "--socket", file("control.sock")});
   EXPECT_EQ(noted.code, 0) << noted.err;

@@ -63,10 +63,10 @@ class Lies : public Gateway {
   void await(const std::string& step) {
     client_->wait_for("status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
   }
-  // Waits for the end of the run, then ends the gateway. The truth is then in sums_ and lines_.
+  // Waits for the end of the run, then ends the gateway. sums_ and lines_ then hold the truth.
   json ended(Timeout within) {
     const json end = client_->run_ended(within);
-    client_->listen(1s);  // time for any motion that is still to come
+    client_->listen(1s);  // time for motions that might still come
     sums_ = end_gateway();
     lines_ = truth();
     gateway_.reset();
@@ -91,7 +91,7 @@ class Lies : public Gateway {
   void expect_stop_within(double time_s) const {
     EXPECT_LT(to_stop_s(), time_s) << "STOP came late, or never";
   }
-  // From the first STOP after the lie on, except for the time that braking takes.
+  // Checks from the first STOP after the lie on, with some time for braking.
   void expect_nothing_moves_after_the_stop() const {
     ASSERT_LT(stopped_, lines_.size());
     const double t_s = lines_[stopped_].value("t_s", 0.0) + 0.3;
@@ -114,11 +114,11 @@ class Lies : public Gateway {
   std::optional<Control> client_;
   json sums_;
   std::vector<json> lines_;
-  // lines where the lie begins, and of the first STOP after it
+  // lines at which the lie begins and at which the first STOP follows
   std::size_t lied_ = 0, stopped_ = 0;
 };
 
-// This once pressed with 206 N.
+// Once this pressed with 206 N.
 TEST_F(Lies, AForceThatFreezesInTheSearchStopsIt) {
   begin({"force_frozen,motion=1,after_s=0.5"});
   const json end = ended(30s);
@@ -128,7 +128,7 @@ TEST_F(Lies, AForceThatFreezesInTheSearchStopsIt) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// The force keeps scattering. This once pressed to the end of the gap limits, with 120 N.
+// The force keeps scattering. Once this pressed to the end of the gap limits, with 120 N.
 TEST_F(Lies, AForceThatIsHeldWhileItIsPressedIsNotFollowed) {
   begin({});
   lie_in("load", "force_held");
@@ -147,7 +147,7 @@ TEST_F(Lies, AGainThatFellToATenthIsNoticedNearContact) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// This once pressed with 6.8 N at 1 mm/s, and stayed there because no contact was found.
+// Once this pressed with 6.8 N at 1 mm/s, and stayed there because no contact was found.
 TEST_F(Lies, AForceWithTheWrongSignStopsTheSearch) {
   begin({"force_reversed,motion=1"});
   const json end = ended(30s);
@@ -156,7 +156,7 @@ TEST_F(Lies, AForceWithTheWrongSignStopsTheSearch) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// This once pressed with 5.6 N: `finally` went the wrong way too, five times faster.
+// Once this pressed with 5.6 N: `finally` went the wrong way, too, five times faster.
 TEST_F(Lies, ADriveThatGoesTheWrongWayIsNotUsedAgain) {
   begin({});
   lie_in("stay", "drive_reversed");
@@ -175,7 +175,7 @@ TEST_F(Lies, ADriveThatStallsIsNoticedBeforeTheTimeoutOfItsStep) {
   expect_nothing_moves_after_the_stop();
 }
 
-// This once rose from 0.5 N to 1.1 N, and the run succeeded.
+// Once the force rose from 0.5 N to 1.1 N, and the run succeeded.
 TEST_F(Lies, AnAxisThatCreepsAfterDoneIsStopped) {
   auto soft = kForeign;
   soft.insert(soft.end(), {"stiffness_N_mm=20", "stiffness_most_N_mm=25"});
@@ -187,7 +187,7 @@ TEST_F(Lies, AnAxisThatCreepsAfterDoneIsStopped) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// Five readings at 0 N were once stored as readings at 1.0 N.
+// Once five readings at 0 N were stored as readings at 1.0 N.
 TEST_F(Lies, ADoneThatIsNotTrueIsNoLevel) {
   begin({});
   lie_in("ready", "done_unmoved,times=1");
@@ -213,7 +213,7 @@ TEST_F(Lies, APulseOfTheEmergencyStopEndsAllMotion) {
   EXPECT_EQ(moved, 0) << "moved after an E-stop that nobody has looked at";
 }
 
-// The frame was once armed again, and the run succeeded at a true force of 1.81 N.
+// Once the frame was armed again, and the run succeeded at a true force of 1.81 N.
 class LostTare : public Lies, public testing::WithParamInterface<const char*> {};
 INSTANTIATE_TEST_SUITE_P(TellsANewOrigin, LostTare,
                          testing::Values("origin_changes=0", "origin_changes=1"));
@@ -231,7 +231,7 @@ TEST_P(LostTare, WithTheLinkIsNotGoneOnWith) {
   expect_nothing_moves_after_the_stop();
 }
 
-// This once rose from 0 N to 1.0 N while the status said "paused".
+// Once the force rose from 0 N to 1.0 N while the status said "paused".
 TEST_F(Lies, AnOrderThatIsObeyedInAPauseIsStopped) {
   begin({}, protocol("0.05"));
   lie_in("ready", "order_late,delay_s=3,times=1");

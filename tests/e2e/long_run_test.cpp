@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long runs need no more than short ones: memory, descriptors and the write-ahead log stay flat,
-// and planned actions happen on time. These are short forms; the full ones:
+// Long runs need no more resources than short ones: memory, descriptors and the write-ahead log
+// stay flat, and planned actions happen on time. These are short forms. The full ones:
 //   LCRIG_LONG_HOURS=72 LCRIG_SOAK_MINUTES=20 e2e_tests --gtest_filter='LongRun.*'
 #include <sys/stat.h>
 
@@ -85,7 +85,7 @@ Need most(const std::vector<Need>& needs, std::size_t from, std::size_t to) {
 
 class LongRun : public Rig {
  protected:
-  // The address sanitizer keeps freed memory, which would grow all the time.
+  // The address sanitizer keeps freed memory, which would look like growth.
   LongRun() { ::setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 1); }
 
   // The first tenth is left out as the start.
@@ -100,7 +100,7 @@ class LongRun : public Rig {
                 early.memory_MB, late.memory_MB, early.descriptors, late.descriptors, late.wal_MB);
   }
 
-  // The k-th reading of a level is due (k - 1)/3 s after the first one. `late_ns` is the difference
+  // The k-th reading of a level is due (k - 1)/3 s after the first one. `late_ns` is the deviation
   // from that.
   const std::string kLate =
       " FROM (SELECT level, asked_mono_ns, asked_mono_ns - first_ns - (reading_index - 1) *"
@@ -108,15 +108,15 @@ class LongRun : public Rig {
       " level ORDER BY reading_index) AS first_ns FROM lcr_reading WHERE run_id = 1 AND"
       " reading_index IS NOT NULL)) ";
 
-  // Largest lateness in the levels of one half of the run, s.
+  // Largest lateness of a reading in one half of the run, s.
   double lateness_s(bool second_half) const {
     const std::string half = "(SELECT max(level) / 2 FROM lcr_reading WHERE run_id = 1)";
     return number("SELECT max(abs(late_ns)) / 1e9" + kLate + "WHERE level " +
                   std::string(second_half ? "> " : "<= ") + half);
   }
 
-  // Largest lateness, s, without the time for which the machine stood still between one second
-  // before the reading was due and the moment it was asked for.
+  // Largest lateness, s, less the time for which the machine itself stood still from one second
+  // before the reading was due until it was asked for.
   double own_lateness_s(const StandstillWatch& machine) const {
     std::istringstream rows(query("SELECT asked_mono_ns || ' ' || abs(late_ns)" + kLate));
     Duration worst{};

@@ -17,7 +17,7 @@ class OtherPrograms : public Rig {
                              "-p", "levels=3", "-p", "repeats=1", "--db", file("lcrig.db")});
     ASSERT_EQ(done.code, 0) << done.err;
   }
-  // As if the run had been queued, had asked something and been tagged: static-frame does neither.
+  // Adds rows as if the run had been queued, had asked something and been tagged, unlike this one.
   void queue_and_answer() {
     const auto done = program({"/usr/bin/sqlite3", "-bail", file("lcrig.db"), R"(
         INSERT INTO queue_text VALUES (printf('%064d', 1), '{}'), (printf('%064d', 2), '{}');
@@ -40,7 +40,7 @@ TEST_F(OtherPrograms, PythonReadsInTheViewsWhatTheExportHolds) {
   EXPECT_THAT(done.out, HasSubstr("3 levels, static-frame, success"));
 }
 
-// The program of docs/database.md, as it stands there: with a run and its copy in another database.
+// Runs the program of docs/database.md unchanged, on a run and on its copy in another database.
 TEST_F(OtherPrograms, PythonComputesTheHashesOfThePageAnew) {
   record();
   const auto db = file("lcrig.db"), other = file("other.db");
@@ -83,7 +83,7 @@ TEST_F(OtherPrograms, ParametersHaveTheUnitsOfTheirNames) {
   EXPECT_EQ(stored["rate_N_s"], 0.1);
 }
 
-// The queries of docs/database.md, as they stand there.
+// Runs the queries of docs/database.md unchanged.
 TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
   record();
   queue_and_answer();
@@ -112,7 +112,7 @@ TEST_F(OtherPrograms, PythonRunsTheBlocksOfItsPage) {
   EXPECT_THAT(done.out, HasSubstr("4 blocks"));
 }
 
-// On lcrig-sim and on the gateway in Python where a page talks to instruments.
+// Where a page talks to instruments, these are lcrig-sim and the gateway in Python.
 TEST_F(OtherPrograms, EveryCommandOfThePagesDoesWhatThePageSays) {
   const auto done =
       program({"/usr/bin/python3", "tests/e2e/doc_commands.py", LCRIG_BIN, file("pages")}, 250s);

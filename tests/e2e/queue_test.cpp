@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The queue of a real daemon: filled and started from the command line, killed in a gate, in a run
-// and between runs. Three kills at random instants by default; for more:
+// The queue of a real daemon. It is filled and started from the command line, and killed in a gate,
+// in a run and between runs. Three kills at random instants by default; for more:
 //   LCRIG_KILLS=200 e2e_tests --gtest_filter='QueueKills.*'.
 #include <algorithm>
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-// Moves nothing: a busy computer is no reason to stop it.
+// A protocol that moves nothing, so that a busy computer is no reason to stop it.
 constexpr const char* kPassive = R"({ "format": "load-protocol/1", "name": "passive",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
@@ -50,7 +50,7 @@ class QueueRig : public Rig {
       EXPECT_EQ(added.code, 0) << added.err;
     }
   }
-  // Waits for a status of the queue.
+  // Waits until the queue's status fits.
   void await(Control& client, const std::function<bool(const json&)>& fits) {
     const json status = client.call("watch").at("result").at("queue");
     if (!fits(status)) client.wait_for("queue", fits, 60s);
@@ -117,7 +117,7 @@ TEST_F(QueueRig, ATableOfRunsFromTheCommandLine) {
     });
     EXPECT_EQ(queue({"answer", specimen}).code, 0);
   }
-  // The simulator goes on showing paper-1.
+  // The simulator still shows paper-1.
   await(client, [](const json& q) { return q.value("gate", "") == "stranger"; });
   EXPECT_EQ(queue({"answer", "paper-2"}).code, 0);
   await(client, is_held);
@@ -135,7 +135,7 @@ TEST_F(QueueRig, KilledInAGateItWaitsForAPerson) {
   await(client, at_gate);
   const std::string entry = queue({"show", "2", "--json"}).last_line().value("specimen", "");
   kill(first);
-  // While no daemon runs its database is read.
+  // While no daemon runs, its database is read.
   const auto at_rest = [this](std::vector<std::string> words) {
     words.insert(words.end(), {"--db", file("lcrig.db")});
     return queue(words);
@@ -189,7 +189,7 @@ class QueueKills : public QueueRig {
     const char* text = std::getenv("LCRIG_KILLS");
     return number_from<int>(text == nullptr ? "" : text).value_or(3);
   }
-  // A batch of runs of two specimens, mixed by chance.
+  // Queues a batch of runs of two specimens in random order.
   void add_batch(int of_each) {
     const std::string run = "," + file("passive.json") + "," + std::to_string(of_each) + "\n";
     write("day.csv", "specimen,protocol,repeats\npaper-1" + run + "paper-2" + run);
@@ -197,7 +197,7 @@ class QueueKills : public QueueRig {
         queue({"add", "--batch", file("day.csv"), "--order", "random", "--seed", "20261123"});
     EXPECT_EQ(added.code, 0) << added.err;
   }
-  // Starts the queue with whatever word its head needs, and counts the words.
+  // Starts the queue with whatever consent its head needs, and counts the consents.
   void start(Control& client) {
     json answer = client.call("queue.start");
     if (answer.contains("error")) {
@@ -207,12 +207,12 @@ class QueueKills : public QueueRig {
     }
     EXPECT_TRUE(answer.contains("result")) << answer;
   }
-  // Does what the gates ask for, for so long.
+  // For this time, does what the gates ask for.
   void attend(Control& client, Timeout time) {
     const RealClock clock;
     for (const MonoTime end = clock.now() + time; clock.now() < end;) {
       const json status = client.call("status").at("result").at("queue");
-      if (!status.value("gate", "").empty()) {  // also a stranger: the simulator shows paper-1
+      if (!status.value("gate", "").empty()) {  // a stranger, too: the simulator shows paper-1
         const json entry = client.call("queue.show", {{"entry", status.at("entry")}}).at("result");
         client.call("queue.answer", {{"text", entry.at("specimen")}});
       }
@@ -226,7 +226,7 @@ class QueueKills : public QueueRig {
 
 TEST_F(QueueKills, AtRandomInstantsOfABatchLoseNoEntryAndBeginNoneByThemselves) {
   const int kills = kills_wanted();
-  const int entries = 2 * kills;  // more than can be done
+  const int entries = 2 * kills;  // more than can be finished
   std::mt19937 random(20261123);
   std::uniform_int_distribution<int> instant_ms(0, 8000);
   {

@@ -25,7 +25,7 @@ PAIRS = [
 LEVEL = {"step": "step", "repeat": "repeat", "level_in_run": "level",
          "level_in_repeat": "index_in_repeat", "target_force_N": "target_force_N",
          "target_pressure_kPa": "target_pressure_kPa"}
-# The file has as many digits as mean something.
+# The file has only those digits of these columns that are significant.
 COMPUTED = {"pressure_kPa", "target_force_N", "target_pressure_kPa"}
 
 
@@ -111,7 +111,7 @@ def compare_run(connection, export):
             equal = json.loads(value) == other
         elif name == "started_utc":  # whole seconds
             equal = 0 <= seconds(other) - seconds(value) < 1
-        elif name == "duration_s":  # of times in milliseconds
+        elif name == "duration_s":  # difference of times in milliseconds
             equal = abs(value - other) < 2e-3
         elif isinstance(value, float):
             equal = math.isclose(value, other, rel_tol=1e-12)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Members of the service's group read its database, which they cannot write, whatever became of the
+// Members of the service's group can read its database but not write it, whatever happened to the
 // daemon. They create, change and delete nothing in its folder (0750, files 0640).
 #include <fmt/format.h>
 #include <sys/mount.h>
@@ -56,7 +56,7 @@ class Readers : public Rig {
     return ended;
   }
 
-  // As the unit starts it, on a simulated bench.
+  // Starts the daemon as the unit does, on a simulated bench.
   void start_service() {
     const std::string notify = file("service.notify");
     const NotifySocket ready(notify);
@@ -78,7 +78,7 @@ class Readers : public Rig {
     ASSERT_TRUE(daemons_.back()->wait(20s));
     daemons_.clear();
   }
-  // It moves nothing, so that no busy computer ends it.
+  // The run moves nothing, so that a busy computer does not end it.
   void begin_long_run() {
     std::ifstream file("protocols/library/follow.json");
     const std::string follow{std::istreambuf_iterator<char>(file), {}};
@@ -89,7 +89,7 @@ class Readers : public Rig {
   }
   std::string file_of_socket() const { return file("state/control.sock"); }
 
-  // Name, size, and when it was changed last; a daemon that works changes its files itself.
+  // Name, size and time of the last change. A daemon that works changes its files itself.
   std::map<std::string, std::string> folder(bool with_changes) const {
     std::map<std::string, std::string> out;
     for (const auto& entry : fs::directory_iterator(file("state"))) {
@@ -121,7 +121,7 @@ class Readers : public Rig {
             {"budget", "static-frame", "--specimen", "paper-1", "--noise-from", "1", "--json"}};
   }
 
-  // Every command, as a member and as root, who could create files.
+  // Tries every command as a member and as root, who could create files.
   void expect_readable(const std::string& state, bool quiet = true) {
     SCOPED_TRACE(state);
     for (auto words : reading_commands()) {

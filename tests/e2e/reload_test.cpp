@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// lcrigd that is asked to read its config file again (SIGHUP, systemctl reload).
+// lcrigd when it is asked to read its config file again (SIGHUP, systemctl reload).
 #include <sys/stat.h>
 
 #include <csignal>
@@ -25,14 +25,14 @@ class ReloadedDaemon : public Rig {
   }
   // Writes the file and waits until the daemon says that it has read it.
   void reload(const std::string& text) {
-    // A socket holds ten messages, and a run sends one a second.
+    // Drains the socket first: it holds ten messages, and a run sends one a second.
     EXPECT_FALSE(notify_->wait("what nobody says", 100ms));
     write("d1.json", text);
     daemon_->signal(SIGHUP);
     EXPECT_TRUE(notify_->wait("RELOADING=1\nMONOTONIC_USEC=", 15s)) << daemon_->log();
     EXPECT_TRUE(notify_->wait("READY=1", 15s)) << daemon_->log();
   }
-  // The log is written by a thread of its own.
+  // A thread of its own writes the log, so this waits.
   void expect_logged(const std::string& words) const {
     const auto there = [&] { return daemon_->log().find(words) != std::string::npos; };
     for (int i = 0; i < 250 && !there(); ++i) std::this_thread::sleep_for(20ms);
@@ -95,7 +95,7 @@ TEST_F(ReloadedDaemon, APipeInTheFilesPlaceIsRefusedAndHoldsUpNothing) {
   EXPECT_THAT(checked.err, HasSubstr("a pipe or a device"));
 }
 
-// Such as the file of an editor that cut the last link of a chain, or a folder that was closed.
+// Such as a link that points to itself, or a folder without access.
 TEST_F(ReloadedDaemon, AFileThatCannotBeReachedIsRefusedAndEndsNoRun) {
   Control client = control();
   client.call("watch");

@@ -21,8 +21,8 @@ std::string patient_protocol() {
   return text.insert(text.find("\"limits\""), "\"on_loss\": \"wait\", ");
 }
 
-// Keeps the name `node` from being given to a new pty. The kernel gives the lowest free number, and
-// other tests open and close ptys at the same time.
+// Keeps the name `node` from being given to a new pty. The kernel gives out the lowest free number,
+// and other tests open and close ptys at the same time.
 class Occupied {
  public:
   explicit Occupied(const std::string& node) {

@@ -27,7 +27,7 @@ constexpr const char* kBench = R"({ "format": "bench/1", "name": "quick", "error
     "travel_min_mm": -20, "travel_max_mm": 20, "speed_max_mm_s": 10 },
   "meter": {} })";
 
-// How long its threads were ready to run and did not; 0: it has ended.
+// How long the threads of a process were ready but did not run. 0: the process has ended.
 double waited_for_processor_s(pid_t pid) {
   double sum_ns = 0;
   std::error_code ended;

@@ -25,9 +25,9 @@ using nlohmann::json;
 class Control {
  public:
   explicit Control(const std::string& socket) : client_(socket) {}
-  // Returns the whole answer. Notifications that come before it are kept.
+  // Returns the whole answer. Notifications that arrive before it are kept.
   json call(const std::string& method, const json& params = json::object());
-  // The next notification of this method that `fits`, including those kept. Fails the test if none
+  // The next notification of this method that `fits`, including those kept. The test fails if none
   // comes in time.
   json wait_for(const std::string& method, const std::function<bool(const json&)>& fits,
                 Timeout timeout = 15s);
@@ -44,7 +44,7 @@ class Control {
   int id_ = 0;
 };
 
-// Listens in the place of systemd (sd_notify).
+// Listens in place of systemd (sd_notify).
 class NotifySocket {
  public:
   explicit NotifySocket(const std::string& path);
@@ -67,29 +67,29 @@ struct Ended {
 class Rig : public testing::Test {
  protected:
   void SetUp() override;
-  // Fails the test if a process is left. After a failure it says for how long the machine had no
-  // processor for the test.
+  // Fails the test if a process is left. After a failed test it prints for how long the machine had
+  // no processor for the test.
   void TearDown() override;
 
   std::string file(const std::string& name) const { return dir_.file(name); }
   void write(const std::string& name, const std::string& text) const;
 
-  // Starts lcrig-sim with the quick bench and stores its ports in `ports_`. The meter's is for
-  // looking at: daemons open a link in this test's folder, which goes when the pty goes. The
-  // kernel gives the number of a pty that closed to the next one that opens, which may be another
-  // test's.
+  // Starts lcrig-sim with the quick bench and stores its ports in `ports_`. The meter's port there
+  // is only to be looked at. Daemons open a link in this test's folder, which disappears with the
+  // pty. The kernel gives the number of a closed pty to the next one that opens, which may belong
+  // to another test.
   void start_sim(const std::vector<std::string>& options = {});
   json sim(const std::string& command);  // sends a command to the back door
   void wait_until_standing();  // waits for the simulated drive
 
   json config() const;  // with the ports that the simulator offers
-  // Waits for READY=1. `name` distinguishes several daemons.
+  // Starts a daemon and waits for READY=1. `name` distinguishes several daemons.
   Child& start_daemon(const json& config, const std::string& name = "d1",
                       Child::Rights rights = Child::Rights::as_we_are);
   Child& launch_daemon(const json& config, const std::string& name,
                        Child::Rights rights = Child::Rights::as_we_are);  // does not wait
   Ended lcrig(std::vector<std::string> arguments, Timeout timeout = 30s);
-  Ended program(const std::vector<std::string>& command, Timeout timeout = 30s);  // any other one
+  Ended program(const std::vector<std::string>& command, Timeout timeout = 30s);  // any program
   Control control() const { return Control(file("control.sock")); }
 
   // Starts a run through the socket and returns the answer.
@@ -98,11 +98,11 @@ class Rig : public testing::Test {
   std::string query(const std::string& sql) const;
   double number(const std::string& sql) const;
   // Every loss in the database must follow a time in which the machine stood still, because the
-  // instruments were always there.
+  // instruments never disappeared.
   void expect_losses_only_while_it_stood_still(const StandstillWatch& machine) const;
 
   json ports_;
-  Child::Variables daemon_variables_;  // for daemons started after this
+  Child::Variables daemon_variables_;  // for daemons that are started later
   std::unique_ptr<Child> sim_;
   std::vector<std::unique_ptr<Child>> daemons_;
 
@@ -112,7 +112,7 @@ class Rig : public testing::Test {
   TempDir dir_;
   MonoTime begin_{};
   std::unique_ptr<StandstillWatch> machine_;
-  double waited_s_ = 0;  // daemon and simulator, for a processor
+  double waited_s_ = 0;  // time for which daemon and simulator waited for a processor
   std::unique_ptr<LineClient> back_door_;
   int commands_ = 0;
 };

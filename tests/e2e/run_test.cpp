@@ -46,7 +46,7 @@ TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
   EXPECT_EQ(lines_of(file("csv/frame.csv")), 1 + end.value("frame_samples", 0));
 }
 
-// One with a bench file of its own, that of the other tests.
+// A simulator with a bench file of its own, derived from that of the other tests.
 TEST_F(Rig, AThousandSamplesASecondAreStoredWithoutAGap) {
   std::ifstream quick(file("bench.json"));
   std::string bench(std::istreambuf_iterator<char>(quick), {});
@@ -97,7 +97,7 @@ TEST_F(Rig, ADaemonThatHangsIsCriticalToMonitoring) {
   daemon.signal(SIGCONT);
 }
 
-// A simulated bench in the daemon goes with it.
+// A bench that the daemon simulates ends with the daemon.
 TEST_F(Rig, OfABenchOnlyARunThatHasNotUsedItsFrameIsProposed) {
   const json bench{{"format", "lcrigd-config/1"},
                    {"bench", file("bench.json")},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A signal that comes while the daemon begins ends it as one that comes later: in order.
+// A signal that comes while the daemon starts ends it in order, as a later one does.
 #include <csignal>
 #include <filesystem>
 
@@ -33,7 +33,7 @@ TEST_F(Rig, ATermInTheInstantOfReadyClosesTheDatabase) {
   }
 }
 
-// SIGTERM comes from a program, not from a key.
+// SIGTERM comes from a program and not from a key.
 TEST_F(Rig, ATermToARunIsToldAsWhatItWas) {
   start_sim();
   start_daemon(config());

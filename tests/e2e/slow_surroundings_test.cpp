@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that runs the instruments waits for nobody else: not for the disk of the wire log, not
-// for the database of users, not for a program that holds the lock of the database, not for a
-// journal that takes nothing, not for a port that opens slowly or a node that is slow to look at.
-// Readings keep their planned instants.
+// The thread that runs the instruments waits for nobody else: not for the disk of the wire log, the
+// database of users, a program that holds the lock of the database, a journal that accepts nothing,
+// a port that opens slowly or a node that is slow to look at. Readings keep their planned instants.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -24,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// 60 readings, 5 in a second.
+// 60 readings at 5 per second.
 constexpr const char* kPlannedReadings = R"({ "format": "load-protocol/1", "name": "planned",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
@@ -44,7 +43,7 @@ class SlowSurroundings : public Rig {
  protected:
   void SetUp() override {
     Rig::SetUp();
-    // The library comes before that of a sanitizer, and needs nothing of it.
+    // The preloaded library comes before that of a sanitizer, of which it needs nothing.
     const char* asan = std::getenv("ASAN_OPTIONS");
     daemon_variables_["ASAN_OPTIONS"] =
         std::string(asan == nullptr ? "" : asan) + ":verify_asan_link_order=0";
@@ -59,7 +58,7 @@ class SlowSurroundings : public Rig {
         .dump();
   }
 
-  // Starts the run and returns when it takes readings.
+  // Starts the run and returns once it takes readings.
   void begin() {
     client_ = std::make_unique<Control>(control());
     client_->call("watch");
@@ -67,7 +66,7 @@ class SlowSurroundings : public Rig {
     client_->wait_for("status", [](const json& s) { return s.value("measure_readings", 0) > 3; });
   }
 
-  // Judged for each reading by what its own machine could do meanwhile.
+  // Judges each reading by what the machine was able to do at the time.
   void expect_readings_at_their_instants() {
     EXPECT_EQ(client_->run_ended(60s).value("exit_status", ""), "success");
     std::istringstream rows(
@@ -126,7 +125,7 @@ TEST_F(SlowSurroundings, ADiskOfTheWireLogThatIsBusyDelaysNoReading) {
   expect_readings_at_their_instants();
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(20s), 0);
-  // Every byte of the run is there when the daemon has ended.
+  // When the daemon has ended, the logs hold every byte of the run.
   std::size_t logs = 0;
   for (const auto& entry : std::filesystem::directory_iterator(file("wires"))) {
     std::ifstream in(entry.path());
@@ -161,7 +160,7 @@ TEST_F(SlowSurroundings, AHeldWriteLockDelaysNoReading) {
     ASSERT_TRUE(other) << other.error().what;
     const auto held = Transaction::begin(*other);
     ASSERT_TRUE(held) << held.error().what;
-    clerk.send(add_specimen());  // waits for the lock, and nobody for it
+    clerk.send(add_specimen());  // waits for the lock, but nobody waits for this call
     EXPECT_EQ(clerk.next(3s), std::nullopt);
   }
   const auto added = clerk.next(20s);
@@ -170,7 +169,7 @@ TEST_F(SlowSurroundings, AHeldWriteLockDelaysNoReading) {
   expect_readings_at_their_instants();
 }
 
-// Longer than an attempt at it. The run goes on, and so does every row.
+// The lock is held longer than one attempt at it lasts. The run goes on, and no row is lost.
 TEST_F(SlowSurroundings, AWriteLockThatIsHeldForSevenSecondsCostsNoRow) {
   start_daemon(config());
   begin();
@@ -185,7 +184,7 @@ TEST_F(SlowSurroundings, AWriteLockThatIsHeldForSevenSecondsCostsNoRow) {
   EXPECT_EQ(query("SELECT count(*) FROM event WHERE kind = 'database_locked'"), "1\n");
 }
 
-// The frame is watched while the meter goes and comes back.
+// The frame is still watched while the meter goes and comes back.
 TEST_F(SlowSurroundings, APortThatOpensSlowlyDelaysNoSampleOfTheFrame) {
   daemon_variables_["SLOW_PORTS_MS"] = "800";
   lose_the_meter();
@@ -212,7 +211,7 @@ TEST_F(SlowSurroundings, ANodeThatIsSlowToLookAtDelaysNoClient) {
   std::cout << "longest wait for an answer: " << to_seconds(worst) * 1e3 << " ms\n";
 }
 
-// A pipe that is full, in the place of standard error.
+// A full pipe takes the place of standard error.
 TEST_F(SlowSurroundings, AJournalThatTakesNothingDelaysNoReading) {
   const std::string journal = file("d1.log");
   ASSERT_EQ(::mkfifo(journal.c_str(), 0600), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures when the machine itself stood still. A test in real time shares its processors with
-// other programs, and a virtual machine loses them to its host at times (steal time). No program
+// other programs, and a virtual machine sometimes loses them to its host (steal time). No program
 // can be on time then. Used by tests that judge lateness or losses.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace lcrig::e2e {
 
-// Runs a thread on each processor that sleeps 10 ms at a time and notes when it was woken late.
+// Runs a thread on each processor that sleeps 10 ms at a time and records when it was woken late.
 class StandstillWatch {
  public:
   StandstillWatch();
@@ -21,7 +21,7 @@ class StandstillWatch {
   StandstillWatch(const StandstillWatch&) = delete;
   StandstillWatch& operator=(const StandstillWatch&) = delete;
 
-  // For how much of this time at least one processor stood still for 10 ms or more.
+  // For how long, within this time, at least one processor stood still for 10 ms or more.
   Duration within(MonoTime from, MonoTime to) const;
   Duration longest() const;  // longest standstill of one processor so far
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An overloaded computer, or one whose host takes its processors away, stands still for a while.
-// Bytes that arrive meanwhile wait in the kernel, so no instrument may be called silent for it.
+// Bytes that arrive meanwhile wait in the kernel, so this must not be taken for the silence of an
+// instrument.
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {
@@ -8,7 +9,7 @@ namespace {
 
 class Standstill : public Rig {
  protected:
-  // A run with `on_loss`: `wait`, in the middle of its ramp.
+  // Starts a run with `on_loss`: `wait`, and waits for the middle of its ramp.
   Child& ramp() {
     start_sim();
     Child& daemon = start_daemon(config());
@@ -32,8 +33,8 @@ class Standstill : public Rig {
 };
 
 TEST_F(Standstill, OfTheDaemonIsNotTakenForSilenceOfTheInstruments) {
-  // Longer than a frame may be silent (0.5 s), and shorter than the gateway waits for us (1 s) less
-  // a heartbeat (0.25 s).
+  // Longer than a frame may be silent (0.5 s), but shorter than the gateway's patience (1 s) less a
+  // heartbeat (0.25 s).
   constexpr auto kStop = 560ms;
   Child& daemon = ramp();
   const StandstillWatch machine;

@@ -68,7 +68,7 @@ bool Terminal::shows(std::string_view text, Timeout timeout) {
 int Terminal::wait(Timeout timeout) {
   const RealClock clock;
   const MonoTime limit = clock.now() + timeout;
-  // Reads to the end of its output, because a program whose terminal is full would not end.
+  // Reads to the end of the output, because a program does not end while its terminal is full.
   while (clock.now() < limit && fill(std::chrono::duration_cast<Timeout>(limit - clock.now()))) {
   }
   int status = 0;

@@ -30,7 +30,7 @@ Rig some_rig(bool weights) {
   return rig;
 }
 
-// The number of steps that a plan would visit, as far as literals tell. A plan of two million steps
+// The number of steps that a plan would visit, as far as literals show. A plan of two million steps
 // takes seconds, which a fuzzer would call a hang.
 double visits(const Steps& steps, const Environment& environment) {
   double sum = 0;

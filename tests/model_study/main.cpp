@@ -62,8 +62,8 @@ void print(const Judged& j, std::map<std::string, Share>& shares) {
   }
 }
 
-// The finest meshes take up to a minute for more layers. They are judged by coarser truths, and
-// without `auto`.
+// The finest meshes take up to a minute if there are more layers. Such stacks are judged by coarser
+// truths, and without `auto`.
 constexpr std::size_t kMostLayers = 4;
 
 constexpr const char* kColumns =
@@ -104,7 +104,7 @@ struct Timed {
   double value_F = 0, alone_s = 0, with_estimate_s = 0;  // processor seconds, medians of three
 };
 
-// At small strain, or at a pressure and finite strain.
+// The problem of one race: at small strain, or at a pressure and finite strain.
 struct RaceScene {
   Specimen specimen;
   Level level = Level::fem_linear;
@@ -135,12 +135,13 @@ std::optional<Timed> time_mesh(const RaceScene& scene, int mesh) {
 }
 
 struct Race {
-  std::vector<double> alone, with_estimate;  // how many times faster, by scene
+  std::vector<double> alone, with_estimate;  // speed-up factors, by scene
 };
 
-// The coarsest mesh of ours whose error is at most that of the other code's coarsest, and its
+// Finds our coarsest mesh whose error is at most that of the other code's coarsest mesh, and its
 // processor seconds with and without the estimate. Both are judged by the limit of our finest
-// meshes, where it is known to a tenth of the other's error. `other_unit` makes F of its values.
+// meshes, where this is known to a tenth of the other code's error. `other_unit` converts its
+// values to F.
 void race_one(const SlopeTruth& other, const RaceScene& scene, double other_unit, Race& ratios) {
   ErrorEstimator solved(scene.specimen);
   const auto truth = scene.level == Level::fem_linear
@@ -183,7 +184,7 @@ int race(std::optional<Pressure> pressure) {
     if (!truth.coarse_s) continue;
     RaceScene scene{random_stack(truth.seed)};
     if (pressure) scene = {scene.specimen, Level::fem_finite, *pressure};
-    // At finite strain the table has changes in fF, and its reader took them for fF/kPa.
+    // At finite strain the table has changes in fF, which its reader took for fF/kPa.
     race_one(truth, scene, pressure ? 1e3 : scene.pressure.si(), ratios);
   }
   print_times("without the estimate", ratios.alone);

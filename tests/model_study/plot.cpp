@@ -82,7 +82,7 @@ int plot_histogram() {
   return print(std::move(panel));
 }
 
-// Both codes at the error of the other's coarsest mesh; ours takes the mesh that errs no more.
+// Both codes at the error of the other one's coarsest mesh; our mesh is no less accurate than that.
 int plot_race() {
   plot::Panel panel;
   panel.title = "Small strain: seconds to the error of FEniCSx's coarsest mesh, random stacks";

@@ -27,7 +27,7 @@ struct Draft {
   json protocol;
   ParameterValues parameters;
   double gap_m = 0, speed_m_s = 0;
-  int ramps = 0;  // that were put before a hold
+  int ramps = 0;  // number of ramps that were put before a hold
 };
 
 // "/steps/2/speed_mm_s: 0.864" and "-p speed_mm_s=0.864"
@@ -50,7 +50,7 @@ std::string pointer_of(const std::string& text) {
   return std::regex_search(text, m, place) ? m[1].str() : "";
 }
 
-// Follows advice in words, at the step that it names.
+// Follows advice in words at the step that the advice names.
 bool follow_words(const std::string& text, Draft& draft) {
   const std::string pointer = pointer_of(text);
   if (pointer.empty()) return false;
@@ -93,7 +93,7 @@ bool follow_words(const std::string& text, Draft& draft) {
   return true;
 }
 
-// Every number of a step, made as gentle as a person could write it for this rig.
+// Makes every number of a step as gentle as a person could write it for this rig.
 void make_gentle(json& at, double speed_mm_s) {
   if (!at.is_structured()) return;
   for (auto& [key, value] : at.items()) {
@@ -105,7 +105,7 @@ void make_gentle(json& at, double speed_mm_s) {
   }
 }
 
-// "No change can help" is true only while the gentlest form of the step is refused at that step.
+// "No change can help" is true only if even the gentlest form of the step is refused at that step.
 Broken truly_nothing_helps(const Case& c, Draft draft, const std::string& text) {
   const std::string pointer = pointer_of(text);
   if (pointer.empty()) return {};
@@ -127,7 +127,7 @@ Broken advice_is_good(const Case& c, Counters& counters) {
   draft.protocol = json::parse(c.protocol);
   draft.gap_m = c.make_rig().gap_m;
   draft.speed_m_s = c.make_rig().declared().speed_min.si() * 10;
-  std::map<std::string, int> told;  // how often each place was refused
+  std::map<std::string, int> told;  // number of refusals of each place
   for (int i = 0; i < kPatience; ++i) {
     Case again = c;
     again.protocol = draft.protocol.dump();

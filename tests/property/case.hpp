@@ -18,7 +18,7 @@ namespace lcrig::property {
 
 // An interruption by somebody, or a fault of the link.
 struct Happening : Instant {
-  // after_...: a stop that waits for the end of what is under way.
+  // after_...: a stop that waits for the end of what is in progress.
   enum class Kind {
     abort,
     freeze,
@@ -43,9 +43,9 @@ struct Case {
   std::string property;  // the property it was made for
   std::uint64_t rig = 1;
   std::uint32_t without = 0;  // sim::RandomRig quirks that are left out
-  std::optional<sim::Lie> lie;  // about what is told of the rig
+  std::optional<sim::Lie> lie;  // lie about the facts that are told of the rig
   std::optional<double> gap_m;
-  bool is_within = true;  // our own arithmetic says that the rig can do it
+  bool is_within = true;  // our own arithmetic says that the rig can carry it out
   std::string protocol;
   std::vector<Happening> happenings;
   std::vector<Falsehood> lies;  // told by the frame

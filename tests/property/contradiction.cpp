@@ -12,12 +12,13 @@ namespace {
 using Seen = RigWitness::Seen;
 using Word = RigWitness::Word;
 
-// Samples come in batches of 0.1 s, up to 0.1 s apart, and two may be needed to see something.
+// Samples come in batches of 0.1 s, up to 0.1 s apart, and it may take two to notice something.
 constexpr Duration kAllowance = std::chrono::milliseconds(300);
-// DONE is believed when the samples that follow agree. A lost zero is seen within a second.
+// DONE is believed if the samples after it agree. A lost zero is noticed within a second.
 constexpr Duration kAfterDone = std::chrono::milliseconds(550);
 // share of the printed time; a lie may also be noticed this early
 constexpr double kQuicker = 0.45;
+constexpr double kDigitsUnseen_m = 36e-6;  // three of the coarsest digits of a travel
 constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
 
 // Examines one lie and its window sample by sample.
@@ -83,8 +84,8 @@ class Look {
     }
   }
 
-  // Samples in which a value stays the same for `long_s`, or for a shorter time that ended with
-  // STOP.
+  // Finds samples in which a value stays the same for `long_s`, or for a shorter time that ended
+  // with STOP.
   template <class Same>
   Found unchanged(double long_s, Same same) const {
     for (const Ordered& o : orders_) {
@@ -110,13 +111,16 @@ class Look {
     }
     return std::nullopt;
   }
-  // Factor for missing samples, and for a speed at which a visible distance takes longer.
+  // Factor on the time, for missing samples and for speeds at which a visible distance takes
+  // longer.
   double patience(const Ordered& o) const {
     const double missing = std::max(rig_.frame.missing_force, rig_.frame.missing_travel);
     // at most every twentieth is missing, but they may cluster
     const double there = missing > 0 ? 1.2 : 1;
     if (lie_.what == FrameLie::force_frozen || o.speed_m_s <= 0) return there;
-    const double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
+    double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
+    // No motion has shown yet how coarse the travel is.
+    if (o.sent == orders_.front().sent) way_m = std::max(way_m, kDigitsUnseen_m);
     return there * std::max(1.0, way_m / o.speed_m_s / watch_.stall_s);
   }
   bool stopped_within(const Contradiction& c) const {
@@ -184,8 +188,8 @@ class Look {
       if (!found && last != nullptr && (o.is_stopped || o.is_limited)) {
         found = at(*last, o.over, &o);
       }
-      // The device has already stopped by itself, and the run may look at what it felt on the way
-      // back.
+      // The device has already stopped by itself, and the run may examine what it felt while it
+      // goes back.
       if (found && o.is_limited) found->due = world_.over_at;
       if (found) return found;
     }
@@ -193,8 +197,8 @@ class Look {
   }
 
   // In a motion deeper than any before, the force shown rises by less than 1/25 of the stiffness
-  // that was measured at contact. Or it is less than 70 % of the true force, and something stopped
-  // it.
+  // measured at contact. Or it is less than 70 % of the true force, and something stopped the
+  // motion.
   Found did_not_follow() const {
     for (const Ordered& o : orders_) {
       const auto contact = printed_contact(world_, o.sent);
@@ -245,7 +249,7 @@ class Look {
     return std::nullopt;
   }
 
-  // No motion of ours for long enough before and after to see a jump, and no force is held.
+  // True if no motion of ours is near enough in time to hide a jump, and no force is held.
   bool is_quiet(MonoTime t) const {
     const bool moves = std::ranges::any_of(orders_, [t](const Ordered& o) {
       return o.sent <= t + kZeroTime && (t < o.over + kZeroTime || o.word == "RAMPF");
@@ -253,7 +257,7 @@ class Look {
     return !moves && t + kZeroTime < world_.over_at;
   }
 
-  // From this order on, the axis goes where a held force wants it.
+  // From this order on the axis moves by itself to hold a force.
   MonoTime force_held_from(MonoTime t) const {
     for (const Word& w : world_.witness.words) {
       const bool holds = w.is_sent && w.line.find("HOLD mode=force") != std::string::npos;
@@ -262,7 +266,7 @@ class Look {
     return MonoTime::max();
   }
 
-  // The axis moves between two of our motions, after the frame said that it stands.
+  // The axis moves between two of our motions although the frame said that it stands.
   Found moved_unasked() const {
     for (std::size_t i = 0; i < orders_.size(); ++i) {
       if (orders_[i].word == "RAMPF") continue;  // a force may be held
@@ -290,7 +294,7 @@ class Look {
     for (const Ordered& o : orders_) v = std::max(v, o.speed_m_s);
     return v;
   }
-  // When the frame said that it stands. After a motion that was cut this is STOPPED.
+  // When the frame said that it stands. After a motion that was cut short this is STOPPED.
   MonoTime stands_from(const Ordered& o) const {
     for (const Word& w : world_.witness.words) {
       if (w.at < o.over || w.is_sent) continue;
@@ -299,7 +303,7 @@ class Look {
     return MonoTime::max();
   }
 
-  // DONE was said, but the last sample before it shows another place.
+  // DONE was said although the last sample before it shows another place.
   Found was_not_there() const {
     for (const Ordered& o : orders_) {
       if (!o.is_done || o.over < from_ || o.sent > to_) continue;
@@ -314,7 +318,7 @@ class Look {
     }
     return std::nullopt;
   }
-  // The next samples must show it too: a motion that ends by itself meanwhile counts as done.
+  // The following samples must show it, too: a motion that ends by itself meanwhile counts as done.
   bool stays_off(const Ordered& o) const {
     for (const Seen& s : seen_) {
       if (s.taken < o.over || !s.arrived) continue;
@@ -339,7 +343,7 @@ class Look {
 
   Found told_of_fault() const {
     for (const Word& w : world_.witness.words) {
-      // An E-stop that was over before the first command cannot be known.
+      // An E-stop that was over before the first command cannot be known to the run.
       if (w.is_sent || w.at < from_ || orders_.empty() || w.at < orders_.front().sent) continue;
       const bool estop = w.line.find("kind=\"estop\"") != w.line.npos;
       if (!estop && w.line.find("reason=\"fault\"") == w.line.npos) continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds when the samples of a simulated frame first contradicted the truth, the orders or
-// themselves, independently of the product. It takes only those numbers from the product that the
+// themselves, independently of the product. From the product it takes only the numbers that the
 // plan prints (`watch`), and these are what is judged. Used by the judge of lies.
 #pragma once
 
@@ -11,7 +11,8 @@
 
 namespace lcrig::property {
 
-// As the plan prints it. The run prints it again when it knows the cell better (event `watch`).
+// The figures as the plan prints them. The run prints them again once it knows the cell better
+// (event `watch`).
 struct PrintedWatch {
   PrintedWatch() = default;
   std::optional<double> frozen_force_s;
@@ -27,7 +28,7 @@ struct Contradiction {
   double true_N = 0;  // at `taken`
   double speed_m_s = 0, rate_N_s = 0;  // of the motion at that time
 };
-// nullopt: it never showed, or not long enough (docs/testing.md).
+// nullopt: the lie never became visible, or not for long enough (docs/testing.md).
 std::optional<Contradiction> contradiction_of(const Trial& t, const PrintedWatch& w,
                                               std::size_t lie);
 

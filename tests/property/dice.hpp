@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers of a disturbance, and the instant in a run at which it comes. Used by cases.
+// Random numbers for a disturbance, and the instant in a run at which it begins. Used by cases.
 #pragma once
 
 #include <algorithm>

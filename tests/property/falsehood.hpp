@@ -20,7 +20,7 @@ enum class FrameLie {
   force_reversed,
   force_drift,  // N/s
   force_scatter,  // factor
-  tare_lost,  // 1: the frame tells of it
+  tare_lost,  // 1: the frame reports it
   stall,
   drive_reversed,
   creep,  // m/s

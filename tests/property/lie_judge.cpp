@@ -64,14 +64,14 @@ class LieJudge {
     out_.push_back(fmt::format(words, std::forward<A>(a)...));
   }
 
-  // Whatever the lie, the run ends by itself, and the frame stands or the reason says that it may
-  // not.
+  // Whatever the lie, the run ends by itself. At the end the frame stands, or the reason says that
+  // it may not.
   void judge_end() {
     if (!w_.is_clean) broken("clean: something still waits after the run");
     if (w_.too_long) broken("long: it did not end by itself");
     if (w_.stood || !w_.result) return;
     const bool told = !succeeded() && has_one(reason(), {"standstill", "E-stop", "STOP"});
-    // A motion just before the end, or after it, cannot be known to the run.
+    // The run cannot know of a motion just before its end, or after it.
     const bool late = tells(FrameLie::order_late) || tells_after_last_stop(FrameLie::creep);
     if (!told && !late) broken("standing: the frame moves at the end, `{}`", reason());
   }
@@ -161,7 +161,7 @@ class LieJudge {
            has_one(reason(), words_of(lies_[lie_].what));
   }
 
-  // A STOP was sent and not yet answered, so nothing can be added to it.
+  // A STOP was sent and not yet answered, so there is nothing to add to it.
   bool was_being_stopped() const {
     bool owed = false;
     for (const auto& w : w_.witness.words) {
@@ -174,8 +174,8 @@ class LieJudge {
     }
     return owed && !first_stop_is_first();
   }
-  // The run was stopped for another reason and ordered nothing since. Or, with two lies, it is on
-  // its way back because it no longer believes the force.
+  // The run was stopped for another reason and has ordered nothing since. Or, with two lies, it is
+  // on its way back because it no longer trusts the force.
   bool was_at_its_end() const {
     const auto stops = stops_sent(w_.witness);
     const bool of_force = distrust_of(lies_[lie_].what) == Distrust::force;
@@ -188,7 +188,7 @@ class LieJudge {
     return std::ranges::none_of(ordered_motions(w_.witness),
                                 [&](const Ordered& o) { return o.sent > stops.back(); });
   }
-  // The unanswered STOP is the answer to this lie.
+  // The first STOP of the run is the reaction to this lie.
   bool first_stop_is_first() const {
     const auto stop = first_stop();
     return stop && *stop <= first_->due;
@@ -225,7 +225,7 @@ class LieJudge {
     }
   }
 
-  // A creep that truly presses beyond the limit is stopped for the limit.
+  // A creep that really presses beyond the limit is stopped because of the limit.
   bool crept_beyond_limit() const {
     return tells(FrameLie::creep) && has_one(reason(), {"outside the limits"}) &&
            peak_N(*t_.told()[lie_].from, MonoTime::max()) > t_.limit_N();
@@ -244,7 +244,7 @@ class LieJudge {
 
   void judge_motions(MonoTime stop) {
     const Distrust distrust = distrust_of(lies_[lie_].what);
-    // With two lies, another one may have been noticed first, one after which the frame may go
+    // With two lies, the other one may have been noticed first, and after that one the frame may go
     // back.
     if (lies_.size() > 1 && !has_one(reason(), {"does not move", "against the command"})) return;
     for (const Ordered& o : ordered_motions(w_.witness)) {
@@ -258,8 +258,8 @@ class LieJudge {
     }
   }
 
-  // The bound counts from the first false sample: the time that the plan prints, the speed at that
-  // moment and the stopping distance, on the stiffest contact that was told.
+  // The bound counts from the first false sample. It allows for the time that the plan prints, the
+  // speed at that moment and the stopping distance, on the stiffest contact that was told.
   void judge_force(MonoTime stop, LieFigures& f) {
     if (tells(FrameLie::stop_ignored) || tells(FrameLie::order_late)) return;
     const OwnContact contact(t_.rig());
@@ -276,7 +276,7 @@ class LieJudge {
     broken("force: {}: {:.5g} N were pressed, and {:.3f} s at {:.4g} um/s allow {:.5g} N", name(),
            peak, time_s, v * 1e6, bound);
   }
-  // A force loop that approaches contact has its own speed.
+  // A force loop that approaches contact does so at its own speed.
   double approach_m_s() const {
     if (first_->rate_N_s <= 0) return 0;
     const double k = t_.rig().stiffness_N_m(0);

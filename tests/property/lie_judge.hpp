@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares what lcrig promises about a frame that lies with what happened. docs/testing.md. Used by
-// the tests of lies and of stored cases.
+// Compares what lcrig promises about a frame that lies with what happened (docs/testing.md). Used
+// by the tests of lies and of stored cases.
 #pragma once
 
 #include "tests/property/trial.hpp"

@@ -17,7 +17,7 @@ bool is_of_stop(FrameLie lie) {
   return lie == stop_late || lie == stop_unconfirmed || lie == stop_ignored;
 }
 
-// A lie about STOP needs a STOP.
+// A lie about STOP shows only if there is a STOP.
 void abort_it(Dice& dice, Case& c) {
   Happening h;
   h.kind = Happening::Kind::abort;

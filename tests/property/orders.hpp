@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Orders of a run over the wire, as recorded by RigWitness: its motions and its STOPs. Used to find
+// The orders of a run over the wire, as RigWitness recorded them: motions and STOPs. Used to find
 // contradictions and to judge lies.
 #pragma once
 
@@ -18,7 +18,7 @@ struct Ordered {
   Ordered() = default;
   std::int64_t number = 0;
   std::string word;  // MOVE, MOVEF, RAMPF
-  MonoTime sent, over;  // over: at DONE, ERR, a STOP of ours, a new session or the end
+  MonoTime sent, over;  // over: at DONE, ERR, our STOP, a new session or the end
   bool is_done = false;  // DONE said that it reached its target
   bool is_stopped = false;  // by our STOP
   bool is_limited = false;  // by the device at a force limit
@@ -30,14 +30,14 @@ struct Ordered {
 std::vector<Ordered> ordered_motions(const RigWitness& witness);
 std::vector<MonoTime> stops_sent(const RigWitness& witness);
 
-// As the run printed it, for a contact that still refers to the same zero.
+// The contact as the run printed it, as long as it refers to the same zero.
 struct PrintedContact {
   PrintedContact() = default;
   double travel_m = 0, stiffness_N_m = 0;  // stiffness: a lower bound
 };
 std::optional<PrintedContact> printed_contact(const RigWorld& world, MonoTime before);
 
-// From the samples until then: the deepest travel, and the last force.
+// From the samples up to an instant: the deepest travel, and the last force.
 double deepest_m(const std::vector<RigWitness::Seen>& seen, MonoTime until);
 double shown_N(const std::vector<RigWitness::Seen>& seen, MonoTime until);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds of what a rig can do, calculated again from what is told of it. The formulas and methods
-// differ from the product's, so that one mistake cannot hide in both. Used by all property tests.
+// Bounds of what a rig can do, calculated independently from what is told of it. Formulas and
+// methods differ from the product's, so that one mistake cannot hide in both. Used by all property
+// tests.
 #pragma once
 
 #include <optional>
@@ -15,10 +16,10 @@ class OwnContact {
  public:
   explicit OwnContact(const sim::RandomRig& rig);
   bool is_bounded() const { return bounded_; }
-  double way_m(double force_N) const;  // beyond contact; a lower bound
+  double way_m(double force_N) const;  // travel beyond contact; a lower bound
   double force_after_N(double force_N, double way_m) const;
   double stiffness_N_m(double force_N) const;  // an upper bound
-  // Twice the likely shortening of a specimen whose layers may spread freely, frame included.
+  // Twice the likely shortening of frame and specimen, if the layers may spread freely.
   double generous_way_m(double force_N) const;
 
  private:
@@ -35,10 +36,10 @@ double own_speed_m_s(const sim::RandomRig& rig, double way_m);
 // The highest speed from which a stop at one force stays below another; 0: nothing bounds the
 // force.
 double own_fastest_m_s(const sim::RandomRig& rig, double from_N, double to_N);
-// How far the true force may be from the one shown: the class at the limit, a tenth of the class of
-// the nominal force for the zero, and four standard deviations of the noise.
+// Largest difference between the true force and the one shown: the class at the limit, a tenth of
+// the class of the nominal force for the zero, and four standard deviations of the noise.
 double own_uncertainty_N(const sim::RandomRig& rig, double limit_N);
-// From the loss of the host until the frame stands: 1 s of silence, 20 ms, and the stop.
+// Distance from the loss of the host until the frame stands: 1 s of silence, 20 ms, and the stop.
 double own_lost_way_m(const sim::RandomRig& rig, double speed_m_s);
 
 }  // namespace lcrig::property

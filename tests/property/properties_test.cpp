@@ -200,7 +200,7 @@ TEST(Properties, ARefusalMovesNothingAndItsAdviceIsGood) {
         {"refused", "refused with a number", "advice led to acceptance"});
 }
 
-// Too rare among random rigs for a sweep of this size to meet: 3 of 1000 pairs.
+// Too rare among random rigs for a sweep of this size: 3 of 1000 pairs.
 TEST(Properties, ARefusalThatNoChangeHelpsIsTrue) {
   for (const char* name : {"no-change-helps-a-search", "no-change-helps-a-depth"}) {
     SCOPED_TRACE(name);

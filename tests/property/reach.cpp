@@ -65,7 +65,7 @@ void Reach::settle_search() {
 }
 
 void Reach::settle_ways() {
-  // The search stands inside of the specimen when it reports contact.
+  // When the search reports contact, the probe is already inside the specimen.
   inside_m = 1.3 * (likely_m(rise_N) + own_stopping_way_m(rig_, search_m_s)) + 20e-6;
   const double above_m = rig_.plant.contact_travel_m - rig_.plant.travel_min_m;
   clear_m = typed(std::min(inside_m + even(base(3), 0.05e-3, 4e-3), 0.5 * above_m));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reach of one rig for a protocol: how far, how hard and how fast it can go by our own
-// arithmetic. Used when a recipe is written as a protocol.
+// How far, how hard and how fast one rig can go for a protocol, by our own arithmetic. Used when a
+// recipe is written as a protocol.
 #pragma once
 
 #include "tests/property/own_bounds.hpp"
@@ -9,10 +9,10 @@
 namespace lcrig::property {
 
 constexpr double kPatience_s = 25;  // longest time for one motion
-constexpr double kSlack = 0.8;  // of what our own arithmetic allows
+constexpr double kSlack = 0.8;  // share of what our own arithmetic allows
 
-double even(int at, double low, double high);  // `at` is in thousandths of the way
-double scale(int at, double low, double high);  // the same in ratio
+double even(int at, double low, double high);  // `at`: thousandths of the range
+double scale(int at, double low, double high);  // the same on a logarithmic scale
 double typed(double value);  // rounded down as a person would type it
 double typed_mm(double travel_m);
 
@@ -23,7 +23,7 @@ class Reach {
 
   double limit_N = 0;
   bool zeroed = false;  // the cell is zeroed at the beginning
-  double off_N = 0, blind_N = 0;  // error of the force shown: in general, and before a zero
+  double off_N = 0, blind_N = 0;  // error of the force shown: usually, and before a zero
   // shown forces: end of any stop; highest and lowest target
   double end_N = 0, most_N = 0, least_N = 0;
   double rise_N = 0;  // threshold of a search
@@ -36,23 +36,23 @@ class Reach {
   bool slow_down = false;
   bool may_press = false;
   enum class Style { search, stated, blind };
-  Style style = Style::blind;  // how the place of the specimen becomes known
+  Style style = Style::blind;  // how the run learns where the specimen is
 
   double likely_m(double force_N) const;  // beyond contact
   double pressure_kPa(double force_N) const;
   double air_m_s(int at) const;
-  double back_m() const;  // from where a search stands
-  // The highest speed to a force that our arithmetic allows, after a way through air. 0: it would
-  // take too long.
+  double back_m() const;  // distance to go back from where a search stands
+  // The highest speed to a force that our arithmetic allows, after a distance through air. 0: it
+  // would take too long.
   double press_m_s(double force_N, double air_m, int at) const;
   double force_of(int at) const { return typed(even(at, least_N, most_N)); }
-  // from a higher force to this one; 0: it would take too long
+  // speed from a higher force down to this one; 0: it would take too long
   double ease_m_s(double force_N) const;
-  double blind_m_s() const;  // towards a specimen whose place is not known
-  double free_m() const;  // safe depth beyond contact on the stiffest contact
+  double blind_m_s() const;  // towards a specimen whose position is not known
+  double free_m() const;  // safe depth beyond contact if the contact is the stiffest possible
   const ForceLoop* loop() const;  // nullptr: there is none, or nothing is known about it
   bool loop_holds(double force_N) const;
-  bool loop_may_land(const ForceLoop& loop) const;  // may begin without contact
+  bool loop_may_land(const ForceLoop& loop) const;  // it may begin without contact
   double ramp_N_s(double force_N) const;  // highest rate; without a loop, that of an ordinary one
 
  private:

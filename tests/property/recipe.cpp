@@ -84,7 +84,7 @@ class Writer {
     return out;
   }
 
-  // Away from the specimen, whatever its place.
+  // Moves away from the specimen, wherever it is.
   json finally_steps() {
     json out = json::array();
     const double v = can_.air_m_s(500);
@@ -209,7 +209,7 @@ class Writer {
     force_N_ = 0;
   }
 
-  // Towards a specimen whose place is not known, but not as far as it really is.
+  // Moves towards a specimen whose position is not known, but stops before it really is there.
   void blind(json& out, const Choice& c) {
     const double fast = can_.blind_m_s();
     const double start_m = rig_.plant.contact_travel_m - written_.gap_m;
@@ -227,7 +227,7 @@ class Writer {
                                 {"timeout_s", timeout(2e-3 / v + written_.gap_m / v)}}));
   }
 
-  // Into the specimen by travel, no deeper than is safe on the stiffest contact.
+  // Presses by travel, no deeper than is safe on the stiffest contact.
   void press_by_travel(json& out, const Choice& c) {
     if (!can_.may_press || place_ == Place::unknown) return wait_instead(out, c);
     const double depth = typed(even(c.at[0], 0.05, 0.8) * can_.free_m()) * beyond_by(c);
@@ -241,7 +241,7 @@ class Writer {
     force_N_ = 0;  // not known
   }
 
-  // Without contact the device approaches first and stops when it feels contact.
+  // Without contact the device first approaches, and stops when it feels contact.
   bool loop_begins(const ForceLoop& l) const {
     if (place_ == Place::pressed && force_N_ > 1.5 * l.contact.si() + 2 * can_.off_N) return true;
     const bool near = place_ == Place::apart && apart_m_ / l.approach.si() < kPatience_s;
@@ -290,7 +290,7 @@ class Writer {
     const double each_s = is_beyond(c) ? 0.01 : 0.4;
     out.push_back(step("measure", {{"count", count}, {"within_s", count * each_s}}));
   }
-  // Beyond: a default that does not fit its range.
+  // A question. If it is to go beyond: with a default that does not fit its range.
   void ask(json& out, const Choice& c) {
     const bool wrong = is_beyond(c);
     json more{{"text", "what is it?"}, {"timeout_s", 5 + c.at[1] % 60}};
@@ -353,7 +353,7 @@ class Writer {
     place_ = Place::pressed;
     force_N_ = high;
   }
-  // Something that this rig cannot do at all, or that lacks what it needs.
+  // A step that this rig cannot do at all, or that lacks something it needs.
   void impossible(json& out, const Choice& c) {
     if (!is_beyond(c)) return measure(out, c);
     switch (c.at[0] % 4) {
@@ -410,7 +410,7 @@ class Writer {
   double fastest_ = 0;
   bool moved_ = false, is_away_ = false;
   Place place_ = Place::unknown;
-  double apart_m_ = 0, force_N_ = 0;  // where the run should be now
+  double apart_m_ = 0, force_N_ = 0;  // expected state of the run
   double lowest_m_ = 1e9;
   int ids_ = 0;
 };

@@ -18,13 +18,13 @@ namespace {
 
 constexpr double kPatience_s = 60;  // for an approach, so that the test does not take too long
 
-// The file's demands on a rig, as read by a person.
+// What the file demands of a rig, as a person reads it.
 struct Needs {
   const char* file;
   double limit_N = 0, force_N = 0, overshoot_N = 0, speed_m_s = 0;
   double rate_N_s = 0;  // with force control
   double pressure_Pa = 0;  // held by force control
-  double way_s = 0;  // longest time for one way
+  double way_s = 0;  // longest time for one motion
 };
 constexpr Needs kShipped[] = {
     {"dynamic-cycles", 1.5, 1.0, 0.2, 0.016e-3, 0, 0, 200},
@@ -103,7 +103,7 @@ void expect_success(const sim::RandomRig& rig, const std::string& name) {
   EXPECT_EQ(w.result->exit_status, ExitStatus::success) << w.result->reason;
 }
 
-// A rig with a gap that takes no more than kPatience_s.
+// A rig with a gap that takes no longer than kPatience_s.
 sim::RandomRig near(std::uint64_t seed, const Needs& n) {
   const sim::RandomRig far = sim::random_rig(seed);
   sim::RigOptions options;

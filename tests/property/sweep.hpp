@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests one property on many pairs of rig and protocol, drawn from seeds, and shrinks the failures.
-// docs/testing.md says how to run a big sweep. Used by properties_test.cpp and lies_test.cpp.
+// Tests one property on many pairs of rig and protocol that are drawn from seeds, and shrinks the
+// failures. docs/testing.md says how to run a big sweep. Used by properties_test.cpp and
+// lies_test.cpp.
 #pragma once
 
 #include <functional>
@@ -14,7 +15,7 @@ namespace lcrig::property {
 // How a sweep prepares each pair before it is run.
 struct Kind {
   std::string name;  // name of the property in files and messages
-  double share = 1;  // number of pairs as a share of LCRIG_PAIRS
+  double share = 1;  // number of pairs, as a share of LCRIG_PAIRS
   bool lies = false;
   int beyond = 0;  // this many of 1000 protocols go beyond the rig's abilities
   // Adds what happens in the middle of the run, drawn from `draw`. May be empty.
@@ -33,11 +34,11 @@ struct Summary {
   std::int64_t pairs = 0, held = 0;
   Counters counters;
   Worst worst;
-  std::vector<std::string> failures;  // words, and the case that shows it
+  std::vector<std::string> failures;  // what failed, and the case that shows it
 };
 
-// Runs the sweep, writes what LCRIG_SWEEP asks for, and reports failures, and counters of
-// `sometimes` that stayed 0, to GoogleTest.
+// Runs the sweep, writes what LCRIG_SWEEP asks for, and reports to GoogleTest all failures, and
+// those counters of `sometimes` that stayed 0.
 Summary sweep(const Kind& kind, const Judge& judge, const std::vector<std::string>& sometimes);
 
 }  // namespace lcrig::property

@@ -20,7 +20,7 @@ using What = Happening::Kind;
 constexpr auto kReach = std::chrono::milliseconds(30);  // from a request to the wire
 constexpr const char* kCondition = "if the stiffness that is measured at contact allows it";
 
-// Refused before the first step; then the run goes on as if nobody had asked.
+// If this is refused before the first step, the run goes on as if nobody had asked.
 void stop_after(RigWorld& w, StopPlace place) {
   if (w.live() == nullptr || w.live()->is_ending()) return;
   static_cast<void>(w.live()->ask_at(PlannedStops::Kind::stop, place, "somebody stops it"));
@@ -228,8 +228,8 @@ Broken travel_within_limits(Trial& t) {
                       t.world().outside_m * 1e6)};
 }
 
-// Forecasts trust this bound. The cell shows forces with its gain, which its class allows. A bound
-// at three standard errors may be broken by chance, seldom and by little.
+// Forecasts rely on this bound. The cell shows forces with its gain, which its class allows. A
+// bound at three standard errors may be broken by chance, but seldom and by little.
 Broken stiffness_is_not_underestimated(Trial& t) {
   if (!t.is_honest()) return {};
   Broken out;
@@ -259,13 +259,13 @@ Broken healthy_runs_succeed(Trial& t) {
                       to_string(w.result->exit_status), w.result->reason)};
 }
 
-// A stop that waits cuts no step, and comes behind the step that was said.
+// A stop that waits cuts no step short, and comes after the step that was announced.
 Broken finishes_what_is_under_way(Trial& t) {
   const RigWorld& w = t.world();
   if (!w.result || !t.what().is_within || !t.is_honest() || t.is_declined()) return {};
   std::optional<StopAfterEvent> asked;
   std::int64_t done = 0;
-  bool counts = false;  // the step is none of `finally`
+  bool counts = false;  // the step is not one of `finally`
   auto before = EventKind::other;
   for (const RunEvent& e : w.events) {
     if (e.kind == EventKind::stop_after) asked = from_json<StopAfterEvent>(e.detail).value();
@@ -305,7 +305,7 @@ Broken ends_standing_and_honest(Trial& t) {
     out.push_back(
         fmt::format("loaded: {:.4g} N press at the end, and the reason is `{}`", w.last_N, reason));
   }
-  // The way back must never be what keeps the frame on the specimen.
+  // The rule for the way back must never keep the frame on the specimen.
   if (reason.find("rises on the way back") != std::string::npos && t.what().fault_script.empty()) {
     out.push_back(fmt::format("return: `finally` was ended, and the reason is `{}`", reason));
   }

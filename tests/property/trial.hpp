@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries out a case and compares what was promised with what happened. Used by sweeps and by the
+// Carries out a case and compares what happened with what was promised. Used by sweeps and by the
 // judge of lies.
 #pragma once
 
@@ -29,10 +29,11 @@ class Trial {
   const sim::RandomRig& rig() const { return rig_; }
   double limit_N() const { return limit_N_; }
   bool is_accepted() const { return !world_->refused; }
-  // Conditional: accepted if the stiffness measured at contact allows it. Declined: it did not.
+  // Conditional: accepted on the condition that the stiffness measured at contact allows it.
+  // Declined: that stiffness did not allow it.
   bool is_conditional() const;
   bool is_declined() const;
-  // The truth lies within what the rig was told to be.
+  // The truth lies within what was told of the rig.
   bool is_honest() const;
   double uncertainty_N() const;  // as the plan prints it
   void count(Counters& counters) const;
@@ -51,7 +52,7 @@ class Trial {
   std::vector<Told> told_;
 };
 
-// Each function returns what was broken; empty means nothing. Words before the colon name the kind.
+// Each function returns what was broken; empty: nothing. The words before the colon name the kind.
 using Broken = std::vector<std::string>;
 Broken force_within_limit(Trial& t);
 Broken travel_within_limits(Trial& t);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run of ten million rows: nothing of it is lost, nothing is held, and its results are right.
+// A run of ten million rows: nothing is lost, memory does not grow, and the results are right.
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <unistd.h>
@@ -27,8 +27,8 @@ namespace {
 constexpr std::int64_t kRows = 10'000'000;
 constexpr std::size_t kMegabyte = 1'000'000;
 
-// Bytes that the program holds now. Resident memory would tell of the sanitizer, which keeps freed
-// memory for a while.
+// Bytes of heap that the program holds now. Resident memory is no measure, because the sanitizer
+// keeps freed memory for a while.
 std::size_t heap_bytes() {
 #if LCRIG_SANITIZED
   return __sanitizer_get_current_allocated_bytes();
@@ -38,7 +38,7 @@ std::size_t heap_bytes() {
 #endif
 }
 
-// Takes lines as they come out of a pipe, looking at the heap now and then.
+// Takes lines as they come out of a pipe, and looks at the heap now and then.
 class Lines {
  public:
   using Look = std::function<void(std::int64_t number, std::string_view line)>;  // number from 0
@@ -116,7 +116,7 @@ class LongRunTest : public testing::Test {
     EXPECT_TRUE(r) << r.error().what;
     EXPECT_TRUE(lines.ended_with_a_line());
   }
-  // Every line by its number, and many by every digit; says what is wrong first.
+  // Checks every line by its number, and many by every digit. Returns the first mistake.
   std::string wrong_in_frame(const LongRun& truth, std::int64_t run, std::size_t& held) {
     std::string wrong;
     Lines lines([&](std::int64_t number, std::string_view line) {
@@ -151,7 +151,7 @@ class LongRunTest : public testing::Test {
     EXPECT_LT(force_error, 1e-9);
     EXPECT_LT(capacitance_error, 1e-14);
   }
-  // The error reached, of half a million readings with 5.8 fF of scatter.
+  // Checks the errors that half a million readings with 5.8 fF of scatter should give.
   void expect_results(std::int64_t run) {
     const auto a = analyse(db_, run);
     ASSERT_TRUE(a) << a.error().what;
@@ -178,8 +178,8 @@ TEST_F(LongRunTest, IsExportedToTheLastDigitAndAnalysedAsItWasMade) {
   std::size_t tenth_held = 0, whole_held = 0;
   EXPECT_EQ(wrong_in_frame(tenth, first, tenth_held), "");
   EXPECT_EQ(wrong_in_frame(whole, second, whole_held), "");
-  // Some pieces are held, more or fewer of them as the two threads keep pace (19 to 24 and 31 MB
-  // were seen); the whole text has 500 MB.
+  // Some pieces are in memory, more or fewer of them as the two threads keep pace (19 to 24 and 31
+  // MB were seen). The whole text has 500 MB.
   EXPECT_GT(tenth_held, kMegabyte);
   EXPECT_LT(whole_held, 2 * tenth_held) << "ten times the rows";
   EXPECT_LT(whole_held, 64 * kMegabyte);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of the simulated bench through the analysis. The truth is the specimen's own curve.
+// Analyses runs of the simulated bench. The truth is the specimen's own curve.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ RehearseRequest of_paper_1(const std::string& protocol, std::uint64_t seed) {
   return request;
 }
 
-// bench/coverage.cpp counts over hundreds of runs; here, sixteen runs must come close.
+// bench/coverage.cpp counts over hundreds of runs. Here, sixteen runs must come close.
 TEST(Analysis, IntervalsOfTheSensitivityHoldTheTruth) {
   const Specimen specimen =
       parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
@@ -87,8 +87,8 @@ TEST(Analysis, DynamicRangeOfTheRehearsalIsThatOfTheSpecimen) {
 }
 
 // The force turns while the meter converts, and the answer comes after the turn. The reading must
-// still belong to the middle of its window. The tolerance is the poll's delay (3 ms at 100 kPa/s
-// and 4 fF/kPa), and in the corner the force between two samples of the frame.
+// still belong to the middle of its window. The tolerance is the delay of the poll (3 ms at 100
+// kPa/s and 4 fF/kPa) and, at the turn, the force between two samples of the frame.
 TEST(Analysis, ReadingsUnderAMovingForceLieOnTheSpecimensCurve) {
   const Specimen specimen =
       parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();

@@ -39,7 +39,7 @@ std::string thickness(const std::string& more) {
          more + "}";
 }
 
-// Something that takes a minute, behind a question.
+// A step that takes a minute, after a question.
 const std::string kThen = R"(, { "id": "then", "do": "record", "for_s": 60 })";
 
 class Asking : public support::DaemonWorld {
@@ -49,7 +49,7 @@ class Asking : public support::DaemonWorld {
     const json started = answer(client, "run.start", start_request(protocol(steps)));
     ASSERT_TRUE(started.contains("result")) << started;
   }
-  // The question of this step, as watchers see it.
+  // The question of this step, as watchers receive it.
   json question(PlainClient& client, const std::string& step) {
     const json status = wait_for(client, [&](const json& m) {
       return m.value("method", "") == "status" && m["params"]["question"].is_object() &&
@@ -228,7 +228,7 @@ TEST_F(Asking, AConfirmationIsConfirmedByEitherWord) {
   EXPECT_EQ(text("SELECT type || ' ' || source FROM v_answer"), "confirmation person");
 }
 
-// The time of a pause is not that of the question.
+// The time of a pause does not count against the time for the question.
 TEST_F(Asking, APauseWithdrawsTheQuestionAndAsksItAgain) {
   PlainClient client(socket_path());
   begin(client, kThickness + kThen);
@@ -246,7 +246,7 @@ TEST_F(Asking, APauseWithdrawsTheQuestionAndAsksItAgain) {
   EXPECT_EQ(count("SELECT count(*) FROM event WHERE kind = 'answer'"), 1);
 }
 
-// Both lines are in the socket at once: an answer that was taken is asked for no more.
+// Both lines are in the socket at once. An answer that was accepted must not be asked for again.
 TEST_F(Asking, AnAnswerInTheInstantOfAPauseIsKept) {
   PlainClient client(socket_path());
   begin(client, kThickness + kThen);
@@ -272,7 +272,7 @@ TEST_F(Asking, AStopWhileItWaitsEndsTheRunAtOnce) {
   EXPECT_EQ(count("SELECT count(*) FROM event WHERE kind = 'answer'"), 0);
 }
 
-// The force loop of a frame moves it. A person has the hands at the specimen.
+// The force loop of a frame moves it, while a person has the hands at the specimen.
 TEST_F(Asking, TheFrameStandsWhileItWaitsAlsoUnderAHeldForce) {
   PlainClient client(socket_path());
   begin(
@@ -298,10 +298,10 @@ TEST_F(Asking, TheFrameStandsWhileItWaitsAlsoUnderAHeldForce) {
       << "the force is held again";
 }
 
-// The disk as a crash leaves it, twice: while a question waits, and after it was answered.
+// Copies the disk as a crash leaves it, twice: while a question waits, and after it was answered.
 class AskingAfterACrash : public Asking {
  protected:
-  // `cut`: rows that are lost with it.
+  // `cut`: SQL that removes the rows that are lost in the crash.
   void crash(const std::string& name, const std::string& cut = "") {
     for (const char* suffix : {"", "-wal"}) {
       std::filesystem::copy_file(dir.file(std::string("d.db") + suffix), dir.file(name + suffix));
@@ -347,7 +347,7 @@ TEST_F(AskingAfterACrash, WhatWasAnsweredIsKeptAndWhatWaitedIsAskedAgain) {
             "seen a scratch 1; thickness 125.0 -");
 }
 
-// The daemon dies between the answer, which its client was told to be taken, and the next step.
+// The daemon dies after it told its client that the answer was accepted, and before the next step.
 TEST_F(AskingAfterACrash, AnAnswerThatWasAcknowledgedIsNeverAskedForAgain) {
   {
     PlainClient client(socket_path());
@@ -357,7 +357,7 @@ TEST_F(AskingAfterACrash, AnAnswerThatWasAcknowledgedIsNeverAskedForAgain) {
     wait_for_step(client, "then");
     clock.run_for(io, 2s);
   }
-  // The rows of the next step are lost, as they would be.
+  // The rows of the next step are lost, as in a real crash.
   crash("crashed.db",
         "DROP TRIGGER event_no_delete; DELETE FROM event WHERE seq > (SELECT max(seq) FROM event "
         "WHERE kind = 'answer')");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who asked the daemon for something is stored in the run, or logged where there is no run.
+// The daemon records who asked it for something: in the run, or in the log where there is no run.
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
@@ -86,8 +86,8 @@ TEST_F(Daemon, FreezeAndConfirmStandInTheRunToo) {
   EXPECT_EQ(requests().back()["why"], "smoke");
 }
 
-// Both lines are in the socket at once, so in one turn of the loop the step ends and the run is
-// stopped.
+// Both lines are in the socket at once, so the step ends and the run is stopped in one turn of the
+// loop.
 TEST_F(Daemon, AStopInTheInstantInWhichAStepEndsIsObeyed) {
   PlainClient client(socket_path());
   for (const char* stop : {"run.abort", "run.freeze"}) {
@@ -119,7 +119,7 @@ TEST_F(Daemon, ARequestThatIsRefusedStandsNowhere) {
   EXPECT_THAT(kinds(), ElementsAre("run.start", "run.abort"));
 }
 
-// The disk as a crash leaves it: copied in the middle of a run and found by the next daemon.
+// The disk as a crash leaves it: copied in the middle of a run, and found by the next daemon.
 TEST_F(Daemon, WhoContinuedAnInterruptedRunStandsInTheRunThatContinuesIt) {
   {
     PlainClient client(socket_path());

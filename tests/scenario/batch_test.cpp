@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of runs: from the control socket into the queue, and a whole day rehearsed.
+// A table of runs: sent over the control socket into the queue, and a whole day of them rehearsed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -122,7 +122,7 @@ class RehearsedDay : public testing::Test {
     file.name = "phased";
     file.text = protocol;
     out.batch.protocols["phased"] = file;
-    // No plan knows that the specimen is farther away.
+    // The plan cannot know that the specimen is farther away.
     const std::string within = "\"within_mm\": 100";
     file.text.replace(file.text.find(within), within.size(), "\"within_mm\": 1");
     out.batch.protocols["short"] = file;
@@ -134,7 +134,7 @@ class RehearsedDay : public testing::Test {
     return out;
   }
   TempDir dir;
-  // On the paper bench the contact is where the shipped protocols look for it.
+  // On the paper bench the contact is where the shipped protocols search for it.
   std::string protocol = read_text_file("protocols/library/preconditioning.json").value();
 };
 
@@ -150,7 +150,7 @@ TEST_F(RehearsedDay, TellsItsLengthAndWhenHandsAreNeeded) {
   EXPECT_THAT(day->troubles, SizeIs(0));
   std::vector<std::optional<QueueGate>> gates;
   for (const HandTime& hand : day->hands) gates.push_back(hand.gate);
-  // The person who put paper-2 on is there for one of its runs.
+  // The person who mounted paper-2 is still there for one of its runs.
   EXPECT_THAT(gates, ElementsAre(QueueGate::specimen, QueueGate::specimen, QueueGate::person));
   EXPECT_EQ(day->hands_s, 300);
   EXPECT_GE(day->length_s, day->machine_s + 300 + 2 * 30 - 100) << "rests of 30 s, one in a gate";
@@ -160,7 +160,7 @@ TEST_F(RehearsedDay, TellsItsLengthAndWhenHandsAreNeeded) {
   EXPECT_EQ(again->name, "day-2");
 }
 
-// A limit holds the queue whatever the terms say. Somebody looks, and the day goes on.
+// A tripped limit holds the queue whatever the terms say. Somebody looks, and the day goes on.
 TEST_F(RehearsedDay, WhatFailsIsToldAndSkippedAndTheDayGoesOn) {
   for (const std::string terms : {"hold", "skip", "look"}) {
     SCOPED_TRACE(terms);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Open and short correction through the daemon: made, stored, refused, and what a run knows of
-// them.
+// Open and short correction through the daemon: how they are made, stored and refused, and what a
+// run records of them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -136,7 +136,7 @@ TEST_F(CorrectedDaemon, AStoppingDaemonDoesNotWaitForTheMeter) {
   EXPECT_EQ(stored(), 0);
 }
 
-// A rig with nothing but a meter, which has the fault of the test.
+// A rig with nothing but a meter, which has the fault that the test sets.
 class MeterOnly final : public InstrumentFactory {
  public:
   MeterOnly(asio::any_io_executor executor, Clock& clock) : executor_(executor), clock_(clock) {}
@@ -220,7 +220,8 @@ TEST_F(FaultyMeter, ThatIsSilentIsToldWithWhatToLookAt) {
 }
 
 TEST_F(FaultyMeter, ThatGivesNoVerdictEndsAfterTwoMinutes) {
-  // Its greeting, then fifteen settings; the sweep answers twice.
+  // Greeting, fifteen settings and the sweep's first answer arrive; its second, the verdict, is
+  // lost.
   rig->faults.replies.assign(2 + 15 + 1, lcr6100::SimFaults::Reply(lcr6100::SimFaults::Kind::none));
   rig->faults.replies.emplace_back(lcr6100::SimFaults::Kind::drop);
   const MonoTime begin = clock.now();

@@ -59,11 +59,11 @@ enum class Target { meter, frame, bench };
 struct Row {
   const char* name;
   Target target;
-  const char* what;  // members of the fault without on, in_step and after_s
+  const char* what;  // members of the fault, except on, in_step and after_s
   bool survived = false;  // the run must succeed in every phase
-  // For a lie: the phases in which it is noticed, at once or later. The run must then not succeed.
+  // For a lie: the phases in which it is noticed, at once or later. The run must not succeed then.
   const char* comes_out = "";
-  // How long, and how fast, the probe may go on pressing until then.
+  // How long and how fast the probe may go on pressing until the lie is noticed.
   double noticed_s = 0, speed_m_s = kPressing_m_s;
 };
 constexpr const char* kEverywhere = "approach load hold measure unload finally";
@@ -71,7 +71,7 @@ void PrintTo(const Row& row, std::ostream* out) {
   *out << row.what;
 }
 
-// Some have a time of 0.3 s into the step, because they only mean something in the middle of it.
+// Some faults begin 0.3 s into the step, because they have a meaning only in the middle of it.
 constexpr Row kRows[] = {
     {"reply_late", Target::meter, R"("fault": "reply_late", "delay_s": 1.5)", true},
     {"reply_lost", Target::meter, R"("fault": "reply_lost")", true},
@@ -238,7 +238,7 @@ std::string script_of(const Cell& c) {
       to_string(c.row->target), c.phase, from_the_start ? 0 : 0.3, c.row->what);
 }
 
-// Words of which a true reason for the end of a run contains at least one.
+// Words of which the true reason for the end of a run contains at least one.
 std::vector<std::string_view> culprits(Target t) {
   switch (t) {
     case Target::meter: return {"lcr", "meter", "readings"};
@@ -273,7 +273,7 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
     limits.speed_m_s = cell.row->speed_m_s;
   }
   limits.may_move_on = is(*cell.row, "stop_ignored") || is(*cell.row, "order_late");
-  // The guard stops a device that stops too late, after a batch of 100 ms and the transmission.
+  // The guard stops a device that stops too late, after one batch of 100 ms and the transmission.
   if (is(*cell.row, "overshoot")) limits.reaction_s = 0.12;
   Invariants invariants(world, result, limits);
   ASSERT_NO_FATAL_FAILURE(invariants.expect_all());
@@ -323,7 +323,7 @@ INSTANTIATE_TEST_SUITE_P(EveryFault, FaultMatrix, ::testing::ValuesIn(kRows), []
   return fmt::format("{}_{}", to_string(r.param.target), r.param.name);
 });
 
-// docs/promises.md states the number.
+// docs/promises.md states this number.
 TEST(FaultMatrixItself, HasSoManyCells) {
   std::size_t cells = 0;
   for (const Row& row : kRows) cells += cells_of(row).size();

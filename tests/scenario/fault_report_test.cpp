@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
-// Motions of any kind that began after this event.
+// Number of motions of any kind that began after this event.
 std::int64_t motions_after(const SessionWorld& world, const std::string& kind) {
   return world.count(
       "SELECT COUNT(*) FROM event WHERE (kind = 'step_begin' OR (kind = 'motion' AND detail LIKE "
@@ -23,7 +23,7 @@ std::int64_t motions_after(const SessionWorld& world, const std::string& kind) {
       kind + "')");
 }
 
-// Range of travel in the samples from 0.3 s after this event on.
+// Range of the travel in the samples from 0.3 s after this event on, mm.
 double way_after_mm(const SessionWorld& world, const std::string& kind) {
   return 1e3 * world.real(
                    "SELECT MAX(travel_m) - MIN(travel_m) FROM frame_sample WHERE received_mono_ns "
@@ -88,7 +88,7 @@ TEST(FaultReport, AFrameThatIsNotReadyIsLeftToAPerson) {
   expect_hands_off(world, *r, Errc::frame_fault);
 }
 
-// The same holds while the run is paused or being aborted.
+// Also checked while the run is paused or being aborted.
 TEST(FaultReport, AFaultWhileTheRunIsBeingStoppedCountsAsOne) {
   for (const Interrupt kind : {Interrupt::pause, Interrupt::abort}) {
     SCOPED_TRACE(to_string(event_of(kind)));
@@ -105,7 +105,7 @@ TEST(FaultReport, AFaultWhileTheRunIsBeingStoppedCountsAsOne) {
   }
 }
 
-// The tare is lost, and neither the serial number nor the clock shows it.
+// The tare is lost, but neither the serial number nor the clock reveals it.
 void forget_quietly(SessionWorld& w) {
   frame(w).forget();
   frame(w).faults.clock_jump_s = 1e4;

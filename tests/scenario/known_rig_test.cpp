@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `status` tells the newest knowledge about the instruments, whoever asked them. It never calls one
-// ready that nobody asked.
+// `status` tells the newest knowledge about the instruments, whoever asked them. It never calls an
+// instrument ready that nobody has asked.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -19,7 +19,7 @@ using nlohmann::json;
 using support::PlainClient;
 using testing::HasSubstr;
 
-// A run whose session reports.
+// A run whose session reports what it learns of the instruments.
 class ReportingWorld final : public SessionWorld {
  public:
   explicit ReportingWorld(std::string text) : SessionWorld(std::move(text)) {

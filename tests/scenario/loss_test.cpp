@@ -168,7 +168,7 @@ TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
-  // Without its settings it would take 380 ms per conversion; with them it makes 15 readings a
+  // Without its settings a conversion would take 380 ms; with them the meter makes 15 readings a
   // second.
   EXPECT_GT(world.count("SELECT COUNT(*) FROM lcr_reading WHERE last_byte_mono_ns > (SELECT "
                         "MAX(last_byte_mono_ns) FROM lcr_reading) - 5000000000"),
@@ -292,7 +292,7 @@ TEST(Reconnect, AFrameThatForgotItsZeroIsNotMovedAgain) {
   SessionWorld world(loss_protocol("wait", kEveryKind));
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) {
                           unplug(w, Which::frame);
-                          // Its clock starts again, as after it was switched off and on.
+                          // The clock starts again, as after the frame was switched off and on.
                           frame(w).faults.clock_jump_s = -1e4;
                         }});
   world.acts.push_back({"settle", 3s, [](SessionWorld& w) { plug(w, Which::frame); }});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sensor, a drive or a gateway that says what is not true. The lie must be noticed, the frame
-// stopped and the cause named, and then only that may move which is still believed. The truth comes
-// from the simulated bench.
+// stopped and the cause named. After that only those parts may move the frame that are still
+// trusted. The truth comes from the simulated bench.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,8 +71,8 @@ struct Told {
   const char* step;
   Duration after;
   std::function<void(ZwickSimLies&)> lie;
-  const char* word;  // in the reason
-  const char* end;  // in the reason, if the specimen is left loaded; otherwise empty
+  const char* word;  // must be in the reason
+  const char* end;  // must be in the reason if the specimen is left loaded; otherwise empty
 };
 
 const std::vector<Told>& lies() {
@@ -124,7 +124,7 @@ TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
   }
 }
 
-// Before contact is found this cannot be noticed, so a search is limited in how far it may press.
+// Before contact is found this lie cannot be noticed, so the distance of a search is limited.
 TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
   LyingWorld world;
   world.lie_in("contact", 100ms, [](auto& l) { l.force_held = true; });
@@ -175,7 +175,7 @@ TEST(LyingRig, ATareThatIsLostWhileItStandsIsNoticedByTheJump) {
   EXPECT_LT(world.true_N(), 0.01);
 }
 
-// 5 mN/s, with which a search that stops at a fixed 20 mN would find contact 4 s too early.
+// A drift of 5 mN/s. A search that stops at a fixed 20 mN would find contact 4 s too early.
 TEST(LyingRig, ADriftIsFollowedAndNotTakenForContact) {
   LyingWorld world;
   world.bench.plant.force_drift_N_s = 5e-3;
@@ -224,6 +224,83 @@ TEST(LyingRig, TheTolerancesAreOfThePlanAndStoredWithTheRun) {
     EXPECT_EQ(plan.at("watch").at(name), watch.at(name)) << name;
   }
   EXPECT_LT(watch.at("frozen_force_s"), 1.0);
+}
+
+// A pad on a stiff frame that stops late: the search is slowed down to about 0.9 um/s. The travel
+// is shown in digits of `digit_um`, and no motion has shown them yet.
+class CoarseWorld final : public SessionWorld {
+ public:
+  CoarseWorld(double digit_um, double contact_mm, std::int64_t with_seed)
+      : SessionWorld(kCoarseSearch), seed_(with_seed) {
+    bench = *parse_bench(
+        fmt::format(
+            R"({{ "format": "bench/1", "name": "coarse", "error_tolerance": 0.5,)"
+            R"( "fixture": {{ "probe_diameter_mm": 4 }}, "frame": {{)"
+            R"( "contact_travel_mm": {}, "stiffness_N_mm": 1679.53, "drive_lag_ms": 230.69,)"
+            R"( "deceleration_mm_s2": 16.54, "travel_resolution_um": {},)"
+            R"( "force_noise_mN": 5.17, "force_resolution_mN": 0.52, "rate_max_Hz": 10 }},)"
+            R"( "meter": {{}} }})",
+            contact_mm, digit_um),
+        "coarse");
+    specimen_name = "pad";
+    specimen_text =
+        R"({ "format": "specimen/1", "name": "pad", "disc_diameter_mm": 4, "faces": "free",
+        "materials": { "P": { "relative_permittivity": 2.75, "youngs_modulus_kPa": 3687.87,
+        "poisson_ratio": 0.495 } },
+        "capacitors": [ { "layers": [ { "material": "P", "thickness_um": 161.4 } ] } ] })";
+  }
+  double peak_N() const {
+    return session->instruments().door()->plant()->peak_answered_N(clock.now());
+  }
+
+ private:
+  static constexpr const char* kCoarseSearch =
+      R"({ "format": "load-protocol/1", "name": "coarse",
+      "limits": { "force_N": [-0.3, 0.79], "gap_mm": [-3, 4], "speed_mm_s": 5 },
+      "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1,
+      "aperture": "fast" }, "frame": { "rate_Hz": 10 } },
+      "steps": [ { "id": "zero", "do": "zero", "force": true },
+      { "id": "contact", "do": "find_contact", "speed_mm_s": 0.27, "force_N": 0.1857,
+      "back_off_mm": 0.155, "timeout_s": 36000, "slow_down": true, "within_mm": 1 } ],
+      "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 1 }, "speed_mm_s": 0.3,
+      "timeout_s": 250 } ] })";
+  void adjust(SimRequest& sim, Recorder::Options& /*recorder*/) override { sim.seed = seed_; }
+  std::int64_t seed_;
+};
+
+TEST(LyingRig, ACoarseTravelInASlowSearchIsNoStall) {
+  for (const double digit_um : {2.0, 10.0}) {
+    for (std::int64_t seed = 1; seed <= 3; ++seed) {
+      CoarseWorld world(digit_um, 0.05, seed);
+      const auto r = world.run();
+      ASSERT_TRUE(r) << r.error().what;
+      EXPECT_EQ(r->exit_status, ExitStatus::success) << digit_um << " um: " << r->reason;
+    }
+  }
+}
+
+TEST(LyingRig, ADriveThatStallsBeforeItsDigitIsKnownIsNoticedAfterSomeMicrometres) {
+  CoarseWorld world(10, 0.05, 1);
+  world.acts.push_back({"contact", 3s, [](SessionWorld& w) { lcrig::frame(w).stall(); }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_THAT(r->reason, HasSubstr("does not move"));
+  EXPECT_THAT(r->reason, HasSubstr(kHandsOff));
+  EXPECT_LT(world.real("SELECT (MAX(at_mono_ns) - MIN(at_mono_ns)) / 1e9 FROM event "
+                       "WHERE step_id = 'contact' AND kind IN ('step_begin', 'contradiction')"),
+            60);
+}
+
+// As long as the travel does not change, the force bounds what the drive may do: the device stops
+// the search by itself.
+TEST(LyingRig, ATravelThatNeverChangesLetsNothingBePressedBeyondTheLimit) {
+  for (const double contact_mm : {0.005, 0.02, 0.05}) {
+    CoarseWorld world(1e4, contact_mm, 1);
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_EQ(r->exit_status, ExitStatus::fail);
+    EXPECT_LT(world.peak_N(), 0.79) << r->reason;
+  }
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole run in which the nth operation fails, for n = 0, 1, ... until a run no longer gets that
-// far. Operations are each read and write of both wires, and each write and sync of the database.
+// A whole run in which the nth operation fails, for n = 0, 1, ... until a run ends before it.
+// Operations are each read and write of both wires, and each write and sync of the database.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A protocol may have two million steps, so the thread that runs the instruments does not plan
-// them, and during a run no thread does.
+// A protocol may have two million steps. The thread that runs the instruments therefore does not
+// plan, and during a run no thread does.
 #include <gtest/gtest.h>
 
 #include <set>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every cause that must hold the whole queue, in every phase of a run in which it can happen, under
-// the terms that allow most: failures are skipped, and nobody need be there.
+// Every cause that must hold the whole queue, in every phase of a run in which it can occur, under
+// the most permissive terms: failures are skipped, and nobody need be present.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,8 +22,8 @@ struct HoldingCause {
   const char* name;
   const char* on;
   const char* fault;  // members of the script
-  std::vector<std::string> causes;  // under which the queue may say that it holds
-  bool from_the_start = false;  // of the step; else 0.3 s into it
+  std::vector<std::string> causes;  // causes that the queue may name when it holds
+  bool from_the_start = false;  // begins with the step; otherwise 0.3 s into it
 };
 
 const std::vector<HoldingCause>& causes() {
@@ -47,8 +47,8 @@ struct QueueCell {
   const char* phase;
 };
 
-// Nothing is commanded while a level is measured. A run may be over before a meter that went away
-// in `finally` is looked for again: then the next run compares (CausesAtTheStart).
+// Nothing is commanded while a level is measured. A run may end before a meter that disappeared in
+// `finally` is looked for again. Then the next run makes the comparison (CausesAtTheStart).
 bool can_happen(const HoldingCause& cause, std::string_view phase) {
   if (std::string_view(cause.name) == "other_meter") return phase != "finally";
   if (std::string_view(cause.name) != "not_ready") return true;
@@ -67,7 +67,8 @@ std::vector<QueueCell> every_queue_cell() {
 
 class HeldQueue : public QueueWorld {
  protected:
-  // Two entries, the first of which meets trouble. Nothing else begins, however long it takes.
+  // Queues two entries, of which the first gets into trouble. However long it takes, no other
+  // begins.
   void expect_held(const std::vector<std::string>& causes) {
     queue_up({"paper-1", "paper-1"}, {{"unattended", true}, {"on_failure", "skip"}});
     ok("queue.start");
@@ -128,7 +129,7 @@ TEST_F(CausesAtTheStart, AnotherMeterThanInTheRunBeforeHolds) {
   EXPECT_EQ(queue()["cause"], "other_instrument");
   EXPECT_EQ(runs(), 1);
   EXPECT_EQ(state(2), "waiting");
-  // A person's word: it is the right one now.
+  // A person confirms that the right one is there now.
   troubles[3].at_start = troubles[2].at_start;
   ok("queue.start");
   ASSERT_TRUE(until_held());

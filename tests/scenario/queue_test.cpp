@@ -146,7 +146,7 @@ TEST_F(QueueOfRuns, ALockKeepsOthersOutAndNobodyFromHolding) {
   queue_up({"paper-1"});
   ok("queue.lock", {{"why", "mine"}});
   EXPECT_EQ(queue()["locked_by"], ok("queue.history")["acts"][0]["user"]);
-  ok("queue.move", {{"entry", 1}, {"place", "last"}});  // by whoever locked it
+  ok("queue.move", {{"entry", 1}, {"place", "last"}});  // the owner of the lock may move it
   ok("queue.hold");
   ok("queue.unlock");
   EXPECT_EQ(queue()["locked_by"], "");
@@ -218,13 +218,13 @@ TEST_F(QueueOfRuns, AfterARestartNothingGoesUntilAPersonSaysSo) {
   ok("queue.start");
   answer_gate("specimen", "paper-1");
   ASSERT_TRUE(until([this](const json&) { return runs() == 1; }));
-  restart();  // SIGTERM: the run is aborted, `finally` runs
+  restart();  // like SIGTERM: the run is aborted, and `finally` runs
   EXPECT_EQ(queue()["going"], false);
   EXPECT_EQ(state(1), "failed");
   clock.run_for(io, 60min);
   EXPECT_EQ(runs(), 1);
   ok("queue.start", {{"head", "skip"}});
-  answer_gate("specimen", "paper-1");  // nobody knows what happened meanwhile
+  answer_gate("specimen", "paper-1");  // nobody knows what happened in the meantime
   ASSERT_TRUE(until_held());
   EXPECT_EQ(runs(), 2);
 }

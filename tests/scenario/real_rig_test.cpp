@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Properties that must hold on a real rig that is not known in advance: travel origins, overloads
-// and ways back, stops that are not confirmed, stops at any moment, a frame that somebody else
-// uses.
+// Properties that must hold on a real rig that is not known in advance: origins of travel,
+// overloads and ways back, stops that are not confirmed, stops at any moment, and a frame that
+// somebody else uses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -117,8 +117,8 @@ TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
   expect_unloaded(world);
 }
 
-// The cell shows nothing at the turn. The first force on the way back is higher than the last one
-// before it.
+// The cell shows nothing at the turn, so the first force on the way back is higher than the last
+// one before it.
 TEST(RealRig, AnOverloadOfTheCellIsLeftByTheWayItCame) {
   const std::string fast = with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
                                 R"("until": { "force_N": 0.3 }, "speed_mm_s": 0.5)");
@@ -146,8 +146,8 @@ TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
   expect_unloaded(world);
 }
 
-// The search overruns its contact by more than the way back. What the cell shows there is no zero:
-// once the specimen is unloaded, it would look as if it pulled.
+// The search overruns its contact by more than the way back. What the cell shows there must not be
+// taken as its zero: once the specimen is unloaded, it would look as if the specimen pulled.
 TEST(RealRig, AWayBackThatStillPressesIsNoZero) {
   SessionWorld world(with(kLoad, R"("back_off_mm": 0.1)", R"("back_off_mm": 0.0005)"));
   world.bench.plant.drive_lag_s = 0.01;
@@ -361,7 +361,7 @@ TEST_F(StopDaemon, APlanForThisRigStartsNothing) {
   EXPECT_TRUE(answer(client, "run.start", start_request()).contains("result"));
 }
 
-// The cell is tared while it presses, and from then on shows 0.5 N less.
+// The cell is tared while it presses, and shows 0.5 N less from then on.
 TEST(RealRig, ATareAtThePanelUnderLoadEndsTheRunByTheWayAway) {
   SessionWorld world(kLoad);
   world.acts.push_back({"level", 100ms, [](SessionWorld& w) {

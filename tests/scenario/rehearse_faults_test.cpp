@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rehearsal with a fault script: the run records what happened, and a repetition gives the same.
+// A rehearsal with a fault script: the run records what happened, and a repetition is the same.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording that is played through the wires of both simulated instruments must come out of the
-// export digit for digit, with each reading once.
+// A recording is played through the wires of both simulated instruments. The export must then have
+// the same digits and each reading once.
 #include <gtest/gtest.h>
 
 #include <cmath>

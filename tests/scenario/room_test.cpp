@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run that the disk has no room for, asked for by a client.
+// A client asks for a run for which the disk has no room.
 #include <gmock/gmock.h>
 
 #include "tests/support/daemon_world.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// 137 years at 50 Hz: terabytes.
+// 137 years at 50 Hz, which is terabytes.
 constexpr const char* kEndless = R"({ "format": "load-protocol/1", "name": "endless",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },

@@ -51,7 +51,7 @@ TEST(Run, KeepsTheDynamicExperimentBelowItsOvershootAndAllReadingsFresh) {
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_NEAR(r->peak_force_N, 1.0, 0.01);
-  // 15.4 conversions a second, none lost and none stored twice.
+  // 15.4 conversions a second, none of them lost and none stored twice.
   const double seconds = world.real(
       "SELECT (MAX(last_byte_mono_ns) - MIN(last_byte_mono_ns)) * "
       "1e-9 FROM lcr_reading");
@@ -62,7 +62,7 @@ TEST(Run, KeepsTheDynamicExperimentBelowItsOvershootAndAllReadingsFresh) {
   EXPECT_NEAR(*summary->c0_F, 3.6457e-12, 0.01e-12);
 }
 
-// Of kShort, with a thousand samples a second.
+// kShort with a thousand samples a second.
 std::string fast_text() {
   std::string text = kShort;
   const std::string slow = R"("rate_Hz": 50)";
@@ -197,7 +197,7 @@ TEST(Run, ASecondAbortNeverInterruptsFinally) {
 }
 
 TEST(Run, AForceLimitStopsTheRunAndUnloads) {
-  // As if somebody leaned on the table, which no plan can know.
+  // Like somebody leaning on the table, which a plan cannot know.
   SessionWorld world(with(kShort, "[-0.2, 1.0]", "[-0.2, 0.7]"));
   world.acts.push_back({"settle", 100ms, [](SessionWorld& w) {
                           auto& faults = frame(w).faults;
@@ -233,7 +233,7 @@ TEST(Run, NothingIsStoredOrMovedWhenThePlanIsRefused) {
 }
 
 TEST(Run, FinallyThatTakesTooLongLeavesTheFrameStanding) {
-  // Planned from the end of the protocol it takes 3 s; from the loaded specimen it takes 4 s.
+  // From the planned position, `finally` takes 3 s; from the loaded specimen it takes 4 s.
   SessionWorld world(with(kShort, R"("finally": [)", R"("finally_timeout_s": 3.5, "finally": [)"));
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) { w.interrupt(Interrupt::abort); }});
   const auto r = world.run();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruments that are there but do not answer, and links that stay dead, in virtual time.
+// Instruments that are present but do not answer, and links that stay dead, in virtual time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/base_sink.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In virtual time a writer thread that gets no processor, or has a slow disk, changes nothing: the
-// same run gives the same rows, in the same commits.
+// A writer thread that gets no processor, or has a slow disk, changes nothing in virtual time: the
+// same run gives the same rows in the same commits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ class DaemonWithADisk {
     clock_.run(io_, [this] { return outcome_ && clock_.pending() == 0; });
     return std::move(*outcome_);
   }
-  // Every row, and how they were committed. Not the hashes: each run has a uuid of its own.
+  // Every row, and how they were committed; without the hashes, because each run has its own uuid.
   std::string recorded() const {
     const auto db = open_read_only(path_).value();
     std::string all;

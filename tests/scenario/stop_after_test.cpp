@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stops and pauses that wait for the end of what is under way, on the whole daemon in virtual time.
+// Stops and pauses that wait for the end of what is in progress, on the daemon in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using support::PlainClient;
 using testing::AllOf;
 using testing::HasSubstr;
 
-// Three passes over two levels; a safe point at the end of each pass; a minute of rest behind them.
+// Three passes over two levels, a safe point at the end of each pass, a minute of rest at the end.
 constexpr const char* kLevels = R"({ "format": "load-protocol/1", "name": "levels",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
@@ -39,7 +39,7 @@ class Stopping : public support::DaemonWorld {
     ASSERT_TRUE(answer(client, "watch").contains("result"));
     ASSERT_TRUE(answer(client, "run.start", start_request(protocol)).contains("result"));
   }
-  // The n-th time that this step begins.
+  // Waits until this step begins for the n-th time.
   void wait_for_step(PlainClient& client, const std::string& step, int times = 1) {
     wait_for(client, [&](const json& m) {
       return m.value("method", "") == "event" && m["params"]["kind"] == "step_begin" &&
@@ -205,7 +205,7 @@ TEST_F(Stopping, WithoutARunOrAPlaceItIsRefused) {
               HasSubstr("no step behind step after is marked as a safe point"));
 }
 
-// Nothing is left out, so it is no stop.
+// Nothing is left out, so this does not count as a stop.
 TEST_F(Stopping, BehindTheLastStepTheRunIsASuccess) {
   PlainClient client(socket_path());
   begin(client);

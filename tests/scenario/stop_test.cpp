@@ -68,7 +68,7 @@ void act(SessionWorld& w, Cause cause) {
     case Cause::abort: return w.interrupt(Interrupt::abort, "by a person");
     case Cause::freeze: return w.interrupt(Interrupt::freeze, "by a person");
     case Cause::limit: return w.interrupt(Interrupt::limit, "force 1.1 N is outside the limits");
-    // the client that started it went away; the run belongs to the daemon
+    // the client that started it goes away, but the run belongs to the daemon
     case Cause::client_gone: return;
   }
 }

@@ -14,12 +14,12 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 using support::PlainClient;
 
-// Messages of a run that a reading client saw.
+// The messages of a run that a reading client received.
 struct Seen {
   std::int64_t events = 0, statuses = 0;
   Duration longest_silence{};
   json ended;
-  std::size_t clients = 0;  // number of clients at the end, including itself
+  std::size_t clients = 0;  // at the end, including itself
 };
 
 class Watchers : public support::DaemonWorld {
@@ -90,7 +90,7 @@ TEST_F(Watchers, FiftyThatDoNotReadHoldUpNothing) {
 }
 
 // As many clients as are allowed beside the one that is served. All of them send the longest lines
-// as fast as they can and read nothing.
+// as fast as they can, and read nothing.
 class Flood {
  public:
   Flood(const std::string& path, std::size_t clients) {
@@ -135,7 +135,7 @@ TEST_F(Watchers, AsManyAsMayComeWhoSendTheLongestLinesHoldUpNothing) {
   expect_same_run(among, alone);
   EXPECT_TRUE(flood.is_sent()) << "what a client may send, it must get rid of";
   EXPECT_EQ(among.clients, options.max_clients);
-  constexpr std::size_t kOfOne = kControlLineLimit + 16384;  // a line, and what is read at once
+  constexpr std::size_t kOfOne = kControlLineLimit + 16384;  // one line, and what is read at once
   EXPECT_LE(most_held, options.max_clients * kOfOne + options.max_all_call_bytes);
   EXPECT_GT(most_held, (options.max_clients - 1) / 2 * kOfOne) << "the test shows nothing";
   EXPECT_LE(most_waiting, options.max_clients * (options.max_queue_bytes + 4096));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virtual time uses wires in memory. The kernel's sockets must carry the same.
+// Virtual time uses wires in memory. The sockets of the kernel must carry the same.
 #include <gtest/gtest.h>
 
 #include "drivers/fd_transport.hpp"

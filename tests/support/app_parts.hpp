@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of the daemon's App share, made for a test: an open database, a server without a
-// socket, and instruments that do what the test says, in virtual time.
+// Instruments, server and database that the tests of the App's parts share: an open database, a
+// server without a socket, and instruments that do what the test says, in virtual time.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -35,11 +35,11 @@ class ToldRig final : public InstrumentFactory {
   bool real = true;
   bool hangs = false;  // its ports open slowly
   std::optional<Error> refuses;  // they do not open
-  bool stands = true;  // the frame confirms a STOP
-  Operator* person = nullptr;  // confirms and answers; nullptr: a simulated one
-  // Around the instruments; may be empty.
+  bool stands = true;  // the frame confirms every STOP
+  Operator* person = nullptr;  // confirms and answers; nullptr: a simulated person
+  // Wraps the instruments; may be empty.
   std::function<std::unique_ptr<Instruments>(std::unique_ptr<Instruments>)> wrap;
-  std::function<void()> asked;  // the meter was
+  std::function<void()> asked;  // called when the meter is asked
   int opened = 0, asks = 0, stops = 0, looks = 0, configs = 0;
 
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest wanted) override {
@@ -96,14 +96,14 @@ class AppPartsTest : public testing::Test {
   void SetUp() override {
     recorder = std::move(Recorder::open(io, clock, Recorder::Options(database)).value());
   }
-  // No coroutine may outlive what it uses.
+  // No coroutine may outlive what it uses, so all of them end here.
   void TearDown() override {
     use.end();
     clock.run_for(io, std::chrono::minutes(10));
     EXPECT_EQ(clock.pending(), 0U);
   }
   void begin(Task<> task) { lcrig::spawn(io.get_executor(), std::move(task)); }
-  // To its end. `T` needs no default, as run_task wants.
+  // Runs a task to its end. Unlike run_task it does not need a default constructor of `T`.
   template <class T>
   T run(Task<T> task) {
     std::optional<T> out;

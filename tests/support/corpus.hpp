@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the corpora of wrong files that a C++ parser and its JSON schema share.
-// tests/corpus/check_schema.py checks them against the schema.
+// tests/corpus/check_schema.py checks the same files against the schema.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -31,8 +31,8 @@ inline std::string expectation(const std::string& text) {
   return text.substr(mark.size(), text.find('\n') - mark.size());
 }
 
-// Every file must be refused by `parse(text, name)`, which returns a Result, with a position and
-// with the words that the file expects.
+// `parse(text, name)`, which returns a Result, must refuse every file with a position and with the
+// words that the file expects.
 template <class Parse>
 void expect_all_refused(const std::string& folder, std::size_t at_least, Parse parse) {
   const auto all = files(folder);

@@ -24,7 +24,7 @@ namespace lcrig::support {
 
 using nlohmann::json;
 
-// A client without an io_context. What the daemon sends stays in the socket until take().
+// A client without an io_context. Messages of the daemon stay in the socket until take().
 class PlainClient {
  public:
   explicit PlainClient(const std::string& path) {
@@ -152,7 +152,7 @@ class DaemonWorld : public testing::Test {
         wait_for(client, [](const json& m) { return m.value("method", "") == "run_ended"; });
     return ended.is_null() ? json() : ended["params"];
   }
-  // The client has to read: one that does not is cut off.
+  // Lets time pass while the client reads. A client that does not read would be disconnected.
   void pass(PlainClient& client, Duration time) {
     const MonoTime end = clock.now() + time;
     clock.run(io, [&] {

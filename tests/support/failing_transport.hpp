@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// "Fail the nth operation": one read or write of all wrapped transports fails with an I/O error.
-// For tests/scenario/nth_operation_test.cpp.
+// Fault injection for tests/scenario/nth_operation_test.cpp: the nth read or write of all wrapped
+// transports fails with an I/O error.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/record/database.hpp"
-#include "daemon/rig/surroundings.hpp"
+#include "daemon/rig/drill.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/sim.hpp"
@@ -35,16 +35,16 @@ class FaultWorld : public SessionWorld {
   };
   std::vector<Given> given;
   std::multimap<std::int64_t, FrameSample> samples;  // by the device's sequence number
-  double peak_N = 0;  // true force on the specimen
+  double peak_N = 0;  // true force on the specimen, largest so far
   double top_m = -1, bottom_m = 1;  // extremes of the true travel
-  bool stood = false;  // the frame stood when the run row was closed
+  bool stood = false;  // the frame stood still when the run row was closed
   MonoTime over;
 
   std::function<void(SimRequest&)> adjust_sim;
   VirtualSurroundings surroundings{clock};
   std::unique_ptr<FaultPlayer> player;
   const Plant* plant = nullptr;
-  // At the end of the run, before the ports were closed.
+  // Values at the end of the run, before the ports were closed.
   double last_force_N = 0, last_travel_m = 0;
 
  protected:
@@ -111,7 +111,7 @@ class FaultWorld : public SessionWorld {
   bool witnessed_ = false;
 };
 
-// Limits of what must hold whatever went wrong.
+// Bounds that must hold whatever went wrong.
 struct FaultLimits {
   FaultLimits() = default;
   double force_max_N = 1, travel_min_m = -10e-3, travel_max_m = 10e-3;
@@ -144,7 +144,7 @@ class Invariants {
     EXPECT_TRUE(!world_.player || world_.player->is_idle());
   }
 
-  // On a disk that accepts nothing more, the run stays open, and the next start closes it.
+  // If the disk accepts nothing more, the run stays open and the next start closes it.
   void expect_closed_run() {
     if (world_.count("SELECT COUNT(*) FROM run_end") == 0) {
       EXPECT_EQ(result_->exit_status, ExitStatus::fail) << "an end that nobody stored";
@@ -171,7 +171,7 @@ class Invariants {
     const double v = limits_.speed_m_s;
     const double way_m = v * (limits_.reaction_s + p.drive_lag_s) + v * v / 2 / p.deceleration_m_s2;
     const double at_limit_m = plant.travel_at_force_m(limits_.force_max_N);
-    // The tare is only as good as the cell's noise
+    // The tare is only as good as the noise of the cell.
     const double bound_N = plant.force_at_travel_N(at_limit_m + way_m) + 4 * p.force_noise_N;
     EXPECT_LE(world_.peak_N, bound_N) << "limit " << limits_.force_max_N << " N";
     EXPECT_LE(world_.top_m, limits_.travel_max_m);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes one mistake after the other in a good file: each must be said, and nothing that only
+// Makes one mistake after the other in a good file. Each must be reported, and nothing that only
 // follows from it.
 #pragma once
 
@@ -35,7 +35,7 @@ inline std::string lines_of(const std::vector<std::string>& words) {
   return out;
 }
 
-// Each value becomes one of a wrong type. Returns how many were tried.
+// Replaces each value by one of a wrong type. Returns how many were tried.
 inline int expect_each_wrong_value_said_once(const nlohmann::json& good, const ParseFile& parse) {
   using nlohmann::json;
   int tried = 0;
@@ -51,7 +51,7 @@ inline int expect_each_wrong_value_said_once(const nlohmann::json& good, const P
   return tried;
 }
 
-// Each key is missing, then mistyped. `free_names`: the object whose keys are names that the file
+// Removes each key, then mistypes it. `free_names` is the object whose keys are names that the file
 // itself chooses and uses.
 inline void expect_each_wrong_key_said_once(const nlohmann::json& good, const ParseFile& parse,
                                             const std::string& free_names) {
@@ -70,7 +70,7 @@ inline void expect_each_wrong_key_said_once(const nlohmann::json& good, const Pa
     const json value = object[key.back()];
     object.erase(key.back());
     auto said = mistakes_in(bad.dump(), parse);
-    // When a name is missing, each use of it is wrong.
+    // If a name is missing, every use of it is wrong, too.
     if (above != free_names && key.to_string() != free_names) {
       EXPECT_LE(said.size(), 1U) << key << " is missing\n" << lines_of(said);
     }

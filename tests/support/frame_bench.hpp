@@ -45,7 +45,7 @@ inline FrameLimits wide_limits() {
   return l;
 }
 
-// A task that runs beside the test body. The test need not wait for it.
+// A task that runs beside the test body. The test need not wait for its end.
 template <class T>
 struct Running {
   bool done() const { return out.done; }
@@ -126,7 +126,7 @@ struct FrameBench {
   }
 };
 
-// A frame link whose far end is played by the test.
+// A frame link whose far end the test plays itself.
 struct MuteBench {
   MuteBench() {
     auto ends = make_memory_pipe(io.get_executor(), clock, "tcp:gateway");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts that a person, a file or an instrument may hand in as a name or note, and checks of the
-// outputs that show them.
+// Texts that a person, a file or an instrument might supply as a name or note, and checks of the
+// outputs that show them. Used by tests of all that prints or exports texts.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -86,7 +86,7 @@ inline std::string every_hostile_text(std::size_t most = 2'000) {
   return out;
 }
 
-// Nothing that a terminal obeys, at most `lines` lines, and not too long to read.
+// Nothing that a terminal obeys, at most `lines` lines, and a length that a person can read.
 inline void expect_harmless_on_a_terminal(const std::string& shown, std::size_t lines,
                                           const std::string& of) {
   EXPECT_EQ(shown, printable_lines(shown)) << of;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run of any length in which every cell is known in integers, stored with one SQL statement per
-// table. For tests/scale.
+// A run of any length whose every value is known in integers. One SQL statement for each table
+// stores it. For tests/scale.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,12 +17,12 @@
 
 namespace lcrig {
 
-// Nineteen samples of the frame per reading. Cycles of 40 s: 20 s of rest, then a triangle to
-// 1 N. The specimen has a knee at 0.4 N: 800 fF/N below, 380 fF/N above.
+// There are nineteen samples of the frame for each reading. Cycles take 40 s: 20 s of rest, then a
+// triangle to 1 N. The specimen has a knee at 0.4 N: 800 fF/N below, 380 fF/N above.
 struct LongRun {
   static constexpr std::int64_t kRatio = 19;
   static constexpr std::int64_t kSample_ms = 20, kReading_ms = kRatio * kSample_ms;
-  static constexpr std::int64_t kDelay_ms = 3;  // the shortest delay, which every third sample has
+  static constexpr std::int64_t kDelay_ms = 3;  // shortest delay; every third sample has it
   static constexpr std::int64_t kMiddle_ms = 5;  // middle of a reading's window
   static constexpr std::int64_t kContact_ms = 19'000, kContact_pm = 3'200'000'000;
   static constexpr double kDiameter_m = 0.004;
@@ -49,7 +49,7 @@ struct LongRun {
   static std::int64_t force_at_uN(std::int64_t j) {
     return force_uN(kReading_ms * j + kMiddle_ms - kDelay_ms);
   }
-  // Reading j, with 10 fF of scatter to either side.
+  // Capacitance of reading j, with up to 10 fF of scatter to either side.
   static std::int64_t capacitance_aF(std::int64_t j) {
     const std::int64_t force = force_at_uN(j);
     const std::int64_t curve =
@@ -61,7 +61,7 @@ struct LongRun {
   // Line i of the exported frame, from 0.
   static std::string frame_line(std::int64_t i) {
     const std::int64_t device_ms = kSample_ms * i, travel = travel_nm(device_ms);
-    // Forces are 1 mN apart: 80 Pa. One digit behind them is 1 Pa.
+    // Forces are 1 mN apart, which is 80 Pa. One digit behind that is 1 Pa.
     const double pressure_Pa =
         std::round(static_cast<double>(force_uN(device_ms)) / 1e6 / kArea_m2);
     const bool touched = received_ms(i) >= kContact_ms;
@@ -110,7 +110,7 @@ struct LongRun {
   static constexpr const char* kForceSql =
       "CASE WHEN t % 40000 < 20000 THEN 0 WHEN t % 40000 < 30000 THEN 100 * (t % 40000 - 20000)"
       " ELSE 100 * (40000 - t % 40000) END";
-  // One cycle, which is then repeated: a third faster than counting the rows.
+  // One cycle, which is then repeated. This is a third faster than counting the rows.
   static std::string shape_sql() {
     return fmt::format(
         "DROP TABLE IF EXISTS temp.shape; CREATE TEMP TABLE shape AS WITH RECURSIVE n(k) AS (SELECT"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For scenario tests: runs whose instruments vanish or fall silent, and what must hold afterwards.
+// Runs whose instruments vanish or fall silent, and what must hold afterwards. For scenario tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ inline std::int64_t events(const SessionWorld& world, const std::string& kind) {
   return world.count("SELECT COUNT(*) FROM event WHERE kind = '" + kind + "'");
 }
 
-// Invariants after every run that began, however it ended.
+// Checks what must hold after every run that began, however it ended.
 inline void expect_invariants(const SessionWorld& world) {
   EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);

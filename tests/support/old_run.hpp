@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run as lcrig recorded it before runs had uuids: schema 7 and older.
+// A run as recorded before runs had uuids: schema 7 and older. For tests of migration and chain.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ inline Database database_before_uuids(const std::string& path, int schema = kSch
   return db;
 }
 
-// Its row and the link over it, byte by byte. Numbers of runs count up.
+// Inserts its row and the link over the row, byte by byte. Numbers of runs count up.
 inline Sha256 insert_old_run(const Database& db, std::int64_t run,
                              const std::string& specimen = "paper-1") {
   const std::string digits(64, '0');
@@ -57,7 +57,7 @@ inline Sha256 insert_old_run(const Database& db, std::int64_t run,
   return link;
 }
 
-// Its end, and the second link, as under a schema without anchors.
+// Inserts its end and the second link, as under a schema without anchors.
 inline Sha256 end_old_run(const Database& db, std::int64_t run, const Sha256& first_link) {
   RowHash hash;
   hash.start(first_link);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A power cut for SQLite: a VFS that distinguishes what was synced from what was only written. At
-// the nth write the power "fails". The disk then has the synced image and any part of the unsynced
-// writes, with torn sectors. The real files go on, but nobody reads them any more.
+// A power cut for SQLite. This VFS distinguishes what was synced from what was only written. At the
+// nth write the power "fails". The disk then holds the synced image and any part of the unsynced
+// writes, with torn sectors. The program goes on writing the real files, but nobody reads them any
+// more.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@ class PowerCutVfs final : public ForwardingVfs {
 
   void cut_after(int writes) { left_ = writes; }
   bool is_cut() const { return cut_; }
-  // Writes the files that a reader finds after the power is back to `folder`.
+  // Writes to `folder` the files that a reader finds once the power is back.
   void write_survivors(const std::string& folder) const {
     for (const auto& [path, bytes] : survivors_) {
       const auto name = path.substr(path.rfind('/') + 1);
@@ -51,7 +52,7 @@ class PowerCutVfs final : public ForwardingVfs {
     std::copy(c.bytes.begin(), c.bytes.end(), to.begin() + static_cast<std::ptrdiff_t>(c.offset));
   }
 
-  // Some sectors of a write reach the disk and others do not.
+  // Some sectors of a write reach the disk, others do not.
   void apply_torn(std::vector<char>& to, const Change& c) {
     constexpr std::size_t kSector = 512;
     if (c.truncates || random_() % 3 == 0) return apply(to, c);
@@ -112,7 +113,7 @@ class PowerCutVfs final : public ForwardingVfs {
   }
 
   std::mt19937_64 random_;
-  std::map<std::string, Image> images_;  // by path; addresses must not change
+  std::map<std::string, Image> images_;  // by path; a map, because addresses must not change
   std::map<std::string, std::vector<char>> survivors_;
   int left_ = -1;  // writes until the cut; negative: never
   bool cut_ = false;

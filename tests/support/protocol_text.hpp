@@ -25,7 +25,8 @@ inline std::string library(const std::string& name) {
   return read_text_file("protocols/library/" + name + ".json").value();
 }
 
-// Throws if `from` is not in the text, because then the test would not test what it says.
+// Replaces `from` by `to`. Throws if `from` is not in the text, because the test would then not
+// test what it claims.
 inline std::string with(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
   if (at == std::string::npos) throw std::invalid_argument("not in the text: " + from);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A daemon with a queue, on simulated instruments with which each run may have trouble of its own,
-// in virtual time. For scenario tests.
+// A daemon with a queue, in virtual time, on simulated instruments that may have a different
+// trouble in each run. For scenario tests.
 #pragma once
 
 #include <functional>
@@ -16,12 +16,12 @@
 
 namespace lcrig::support {
 
-// Trouble at one opening of the instruments.
+// The trouble at one opening of the instruments.
 struct Trouble {
-  std::string script;  // of faults; empty: none
-  std::function<void(Instruments&)> at_start;  // before anybody is asked who it is; may be empty
+  std::string script;  // a fault script; empty: no faults
+  std::function<void(Instruments&)> at_start;  // before they are identified; may be empty
   std::optional<Error> refuses;  // the ports do not open
-  double stray_F = 0;  // what the meter shows more
+  double stray_F = 0;  // added to the capacitance that the meter shows
 };
 
 class TroubledRig final : public InstrumentFactory {
@@ -30,7 +30,7 @@ class TroubledRig final : public InstrumentFactory {
       : executor_(std::move(executor)), clock_(clock), troubles_(troubles) {}
 
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override {
-    // Plans are made on a rig in order.
+    // Only starts count: plans are made on a rig without trouble.
     static const Trouble kNone;
     const bool starts = request.why == LearnedBy::start;
     const Trouble& trouble = starts ? troubles_[++starts_] : kNone;
@@ -62,7 +62,7 @@ class TroubledRig final : public InstrumentFactory {
   std::vector<std::unique_ptr<FaultDrill>> drills_;
 };
 
-// The phases of a run are the ids of its steps; "finally" is the one of `finally`.
+// A protocol whose step ids are the phases of a run; "finally" is the step of `finally`.
 inline constexpr const char* kPhasedProtocol =
     R"({ "format": "load-protocol/1", "name": "phased", "on_loss": "wait", "on_loss_timeout_s": 5,
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
@@ -93,7 +93,7 @@ class QueueWorld : public DaemonWorld {
     out.rig = std::make_unique<TroubledRig>(io.get_executor(), clock, troubles);
     return out;
   }
-  // As after a kill: what the daemon did not store is gone.
+  // Like a restart after a kill: what the daemon did not store is lost.
   void restart() {
     client.reset();
     stop();
@@ -112,7 +112,7 @@ class QueueWorld : public DaemonWorld {
   json call(const std::string& method, const json& params = json::object()) {
     return answer(*client, method, params);
   }
-  // Calls what must succeed.
+  // Makes a call that must succeed.
   json ok(const std::string& method, const json& params = json::object()) {
     const json got = call(method, params);
     EXPECT_TRUE(got.contains("result")) << method << ": " << got;
@@ -128,7 +128,7 @@ class QueueWorld : public DaemonWorld {
     for (const auto& specimen : specimens) ok("queue.add", entry(specimen, terms));
   }
   json queue() { return ok("status")["queue"]; }
-  // Lets it run until `holds` of the queue's status; false: not within this time.
+  // Lets time pass until `holds` is true of the queue's status. False: not within this time.
   bool until(const std::function<bool(const json&)>& holds,
              Duration patience = std::chrono::minutes(30)) {
     const MonoTime end = clock.now() + patience;
@@ -149,7 +149,7 @@ class QueueWorld : public DaemonWorld {
   }
   std::int64_t runs() { return count("SELECT count(*) FROM run"); }
 
-  std::map<int, Trouble> troubles;  // of the nth start of a run, from 1
+  std::map<int, Trouble> troubles;  // by the number of the start of a run, from 1
   std::unique_ptr<PlainClient> client;
 };
 

@@ -35,7 +35,7 @@ inline Result<std::int64_t> add_one(const Database& db, const QueuedRun& run,
   return entries->front();
 }
 
-// The row of a run that is the turn of this entry.
+// Inserts the row of the run that carries out this entry.
 inline Result<std::int64_t> begin_entry(const Database& db, std::int64_t entry,
                                         const std::string& specimen = "s") {
   RunRow row;

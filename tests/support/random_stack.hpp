@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random stacks over the whole range of the finite-element levels: laminates, soft tops, blocks
-// from thin to as high as wide, plates, few and many capacitors, moduli from equal to 1e5 apart.
-// One seed gives the same stack on every machine, because no distribution of the standard library
-// is used. For judging error estimates (stack_truth.hpp).
+// from thin to as high as wide, plates, few and many capacitors, moduli from equal to 1e5 apart. A
+// seed gives the same stack on every machine, because no distribution of the standard library is
+// used. For judging error estimates (stack_truth.hpp).
 #pragma once
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plays a wire log in driver tests: compares what is written with the log and answers what was
-// read. Answers come at once, because the recorded times are only for people. How the log splits
-// bytes into entries does not matter.
+// Plays a wire log in driver tests. It compares what is written with the log and answers with what
+// the log read. Answers come at once, because the recorded times are only for people. How the log
+// splits bytes into entries does not matter.
 #pragma once
 
 #include <algorithm>
@@ -18,9 +18,10 @@ class ReplayTransport final : public Transport {
  public:
   ReplayTransport(WireLog log, Clock& clock, std::string name);
 
-  // Errors: no_reply while the log expects a write, disconnected at the end of the log.
+  // Errors: no_reply while the log expects a write; disconnected at the end of the log.
   Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) override;
-  // Errors: invalid_request when `bytes` differ from the log; names the line and both byte strings.
+  // Errors: invalid_request when `bytes` differ from the log; the message names the line and both
+  // byte strings.
   Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) override;
   void close() override { closed_ = true; }
   const std::string& name() const override { return name_; }

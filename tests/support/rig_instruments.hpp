@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A random rig as the instruments of a run: the drivers of a real rig on one end of each wire, the
-// simulators on the other. The run knows only what a config file would say. Used by RigWorld.
+// A random rig as the instruments of a run. One end of each wire has the drivers of a real rig, the
+// other end the simulators. The run knows only what a config file would say. Used by RigWorld.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>
@@ -191,7 +191,7 @@ class RigInstruments final : public Instruments, private BenchDoor {
   sim::RandomRig rig_;
   MakeWire wire_;
   TapTransport::Heard sent_, got_;
-  int meters_ = 0, frames_ = 0;  // running simulators
+  int meters_ = 0, frames_ = 0;  // number of running simulators
   bool meter_plugged_ = true, frame_plugged_ = true;
   sim::CurvedSpecimen specimen_;
   Plant plant_;

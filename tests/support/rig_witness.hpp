@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records what a simulated frame showed, what was true then, when the sample reached the daemon,
-// and every line in both directions. Property tests judge lying frames by it.
+// Records for each sample of a simulated frame what it showed, what was true then and when it
+// reached the daemon, and every line in both directions. The property tests use it to judge frames
+// that lie.
 #pragma once
 
 #include <algorithm>
@@ -55,7 +56,7 @@ class RigWitness {
     std::from_chars(from, line.data() + line.size(), value);
     return value;
   }
-  // Sequence numbers start again with each session, so the latest sample with this number counts.
+  // Sequence numbers start again with each session, so the latest sample with this number is meant.
   void arrive(MonoTime at, std::string_view line) {
     const std::int64_t first = field(line, " seq="), last = first + field(line, " n=") - 1;
     for (auto s = seen.rbegin(); s != seen.rend(); ++s) {

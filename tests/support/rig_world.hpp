@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole session on a random rig in virtual time, planned as on a real rig, with a record of the
-// truth and with acts in the middle of the run. For the property tests.
+// A whole session on a random rig in virtual time, planned as on a real rig. It records the truth
+// and can act in the middle of the run. For the property tests.
 #pragma once
 
 #include <unistd.h>
@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/rig/surroundings.hpp"
+#include "daemon/rig/drill.hpp"
 #include "daemon/session.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/memory_pipe.hpp"
@@ -35,44 +35,45 @@ struct Overshoot {
   bool exceeded = false;
 };
 
-// Stiffness that a run measured at a contact, and the true one there.
+// The stiffness that a run measured at a contact, and the true stiffness there.
 struct MeasuredStiffness {
   MeasuredStiffness() = default;
-  double at_most_N_m = 0, true_N_m = 0;  // true: of the force over the way since it touched
+  double at_most_N_m = 0, true_N_m = 0;  // true: force over the travel since the touch
 };
 
 class RigWorld {
  public:
-  // Something that happens `after_s` after the start, after this part of the planned time, or
-  // `after_s` after the n-th step, the n-th change of the drive (from 0) or `finally` began.
+  // Something that happens at an instant: `after_s` after the start, after this part of the planned
+  // time, or `after_s` after the n-th step, the n-th change of the drive (from 0) or `finally`
+  // began.
   struct Act {
     enum class When { time, part, step, drive, finally };
     When when = When::time;
     std::size_t n = 0;
-    double after_s = 0;  // with `part`: 0 to 1
+    double after_s = 0;  // with `part`: a share from 0 to 1
     std::function<void(RigWorld&)> act;
-    double lasts_s = 0;  // then `undo` is called, if set
+    double lasts_s = 0;  // after this time `undo` is called, if set
     std::function<void(RigWorld&)> undo;
   };
   struct Acted {
     MonoTime at;
-    bool prepared = false, moving = false, finishing = false;  // at that instant
+    bool prepared = false, moving = false, finishing = false;  // state at that instant
   };
 
   RigWorld(sim::RandomRig rig, std::string protocol_text)
       : rig_(std::move(rig)), text_(std::move(protocol_text)) {}
   ~RigWorld() { player_.reset(); }
 
-  // Set before `run`.
+  // Set these before `run`.
   ParameterValues parameters;
   std::vector<Act> acts;
   std::string fault_script;
-  double longest_s = 4000;  // then the run is aborted
+  double longest_s = 4000;  // a longer run is aborted
   bool plan_only = false;
   bool is_witnessed = false;  // `witness` records
 
   // Valid after `run`. How far the run came:
-  std::optional<Error> refused;  // why nothing was begun
+  std::optional<Error> refused;  // why the run did not begin
   std::optional<RunResult> result;
   std::optional<Plan> plan;
   std::vector<RunEvent> events;
@@ -83,13 +84,13 @@ class RigWorld {
   // The truth:
   Extremes all, since;  // `since`: from the last scene().watch_anew
   bool stood = false, was_idle = false;
-  double last_N = 0, outside_m = 0;  // force at the end; greatest distance beyond the travel limits
+  double last_N = 0, outside_m = 0;  // force at the end; largest distance beyond the travel limits
   std::vector<TruthScene::Change> changes;  // of the drive
   std::vector<bool> was_finishing;  // for each change
-  std::size_t changes_at_end = 0;  // when the run ended
+  std::size_t changes_at_end = 0;  // number of changes at the end of the run
   std::vector<Acted> acted;
   bool too_long = false;
-  bool is_clean = false;  // nothing is waiting any more
+  bool is_clean = false;  // nothing was left waiting
   RigWitness witness;
   MonoTime over_at;
 
@@ -122,7 +123,7 @@ class RigWorld {
     return player_ ? player_->happened() : std::vector<std::int64_t>();
   }
 
-  // Like a person or SIGTERM; also works while the run is being prepared.
+  // Interrupts the run as a person or SIGTERM would; also while it is being prepared.
   void interrupt(Interrupt kind, const std::string& why) {
     if (Run* r = live()) {
       r->interrupt(InterruptRequest(kind, why));
@@ -131,8 +132,8 @@ class RigWorld {
     }
   }
 
-  // A pause that was requested during preparation begins with the first step. Until then there is
-  // nothing to resume, so this tries again.
+  // A pause that was requested during preparation begins with the first step. Before that there is
+  // nothing to resume, so this keeps trying.
   void resume() { spawn(resume_once_paused()); }
 
   VirtualClock clock;
@@ -142,7 +143,7 @@ class RigWorld {
  private:
   Recorder::Options recorder_options() {
     Recorder::Options options(database());
-    // A script may break the disk, so there has to be one.
+    // A script may break the disk, so the run then needs a real one.
     options.vfs = fault_script.empty() ? kInMemory : surroundings_.disk().name();
     return options;
   }
@@ -362,7 +363,7 @@ class RigWorld {
   }
 
   // Compares the travel with the limits, which are windows in the machine's own travel. A travel
-  // that was already outside when a window began counts only if it goes farther.
+  // that was outside when a window began counts only if it goes farther out.
   void look(MonoTime t) {
     const double travel = instruments_->truth().travel_m(t);
     const double zero = instruments_->door()->frame_sim()->travel_zero_m();
@@ -392,7 +393,7 @@ class RigWorld {
   BoundLimits limits_;
   std::optional<std::pair<double, double>> window_;
   double allowed_outside_m_ = 0;
-  double rest_N_ = 0;  // of the cell without contact
+  double rest_N_ = 0;  // force of the cell without contact
   bool begun_ = false, over_ = false, in_finally_ = false;
   std::size_t steps_ = 0, drives_ = 0;
 };

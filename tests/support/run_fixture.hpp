@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a run over stub instruments, in virtual time: each can be driven alone.
+// The parts of a run over stub instruments, in virtual time; a test can drive each part alone.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class RunFixture : public ::testing::Test {
     "finally": [ { "id": "c", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 1,
                    "timeout_s": 60 } ] })";
 
-  // Before the first use of `parts`.
+  // Change it before the first use of `parts`.
   RunSetup& setup() {
     if (!setup_) {
       setup_.emplace(clock, meter, frame, sink, protocol);
@@ -54,16 +54,16 @@ class RunFixture : public ::testing::Test {
   T run(Task<T> task) {
     return run_task(io, clock, std::move(task));
   }
-  // For tasks without a value: whether it has ended.
+  // Starts a task without a value; `ended` tells whether it has ended.
   void start(Task<> task, bool& ended) {
     asio::co_spawn(io, std::move(task), [&ended](std::exception_ptr) { ended = true; });
   }
-  // Samples come from now on, ten a second, and the parts of the run see them.
+  // From now on samples come ten times a second, and the parts of the run see them.
   void feed() {
     frame.set_listener(&feed_);
     asio::co_spawn(io, frame.send_samples(), asio::detached);
   }
-  // One sample.
+  // Shows one sample to the parts of the run.
   void show(double force_N, double travel_m) {
     frame.force_N = force_N;
     frame.travel_m = travel_m;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// LCRIG_SANITIZED: this build has AddressSanitizer or ThreadSanitizer, which bring a heap of their
-// own and switch mlockall off. g++ and clang tell it by different words.
+// Defines LCRIG_SANITIZED when this build has AddressSanitizer or ThreadSanitizer. These bring a
+// heap of their own and switch mlockall off. g++ and clang report them differently.
 #pragma once
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

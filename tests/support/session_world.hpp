@@ -36,16 +36,18 @@ class SessionWorld {
   Bench bench = *find_bench("paper");
   bool in_memory = false;  // keeps the database in memory, not on the disk
   ParameterValues parameters;
+  std::string specimen_name = "paper-1";
+  std::string specimen_text{shipped_specimens().front().text};
   std::vector<Act> acts;
 
-  // The outcome, or why the run did not begin.
+  // Returns the outcome, or why the run did not begin.
   Result<RunResult> run() {
     RunRequest request;
     request.protocol_name = "test";
     request.protocol_text = text_;
     request.parameters = parameters;
-    request.specimen_name = "paper-1";
-    request.specimen_text = std::string(shipped_specimens().front().text);
+    request.specimen_name = specimen_name;
+    request.specimen_text = specimen_text;
     auto prepared = prepare_run(std::move(request));
     if (!prepared) return fail(prepared.error());
     SimRequest sim(bench, instruments_for(*prepared));
@@ -103,7 +105,7 @@ class SessionWorld {
   virtual void ended() {}  // the run row is closed, the ports are open
 
  private:
-  // An open connection keeps the database, which would otherwise vanish with the recorder's.
+  // Keeps a connection open. Otherwise the database in memory would vanish with the recorder's.
   void keep_in_memory(Recorder::Options& options) {
     options.vfs = kInMemory;
     kept_ = Database::open(database(), Database::Mode::read_write_create, kInMemory).value();
@@ -157,7 +159,7 @@ inline void expect_cleared(const SessionWorld& world) {
       << "`finally` did not clear the specimen";
 }
 
-// The machine behind the frame's wire, while a run goes on.
+// The machine at the far end of the frame's wire, while a run goes on.
 inline ZwickSim& frame(SessionWorld& world) {
   return *world.session->instruments().door()->frame_sim();
 }

@@ -11,7 +11,7 @@
 
 namespace lcrig::support {
 
-// The words behind `lcrig`, as bash splits and unquotes the line; it is written to `file`.
+// The words after `lcrig`, as bash splits and unquotes the line. The line is written to `file`.
 inline std::vector<std::string> read_by_shell(const std::string& file, const std::string& line) {
   std::ofstream(file) << line << '\n';
   const auto command = "bash -c 'lcrig() { printf \"%s\\0\" \"$@\"; }; . \"$0\"' '" + file + "'";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares the answers of the levels for a random stack with solutions on finer meshes, and their
-// estimated with their true errors. For tests/model_study and a unit test of the model.
+// Compares the answers of the levels for a random stack with solutions on finer meshes, and the
+// estimated errors with the true ones. For tests/model_study and a unit test of the model.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,22 +25,22 @@ namespace lcrig {
 struct Judged {
   std::uint64_t seed = 0;
   double pressure_Pa = 0;
-  // A level, or "fem_linear (own)": the error of its mesh alone, at small strains, or "auto 0.001":
-  // what `auto` chose at this tolerance, or "auto 0.001 refused": the tolerance, and the error of
+  // A level; or "fem_linear (own)": the error of its mesh alone, at small strains; or "auto 0.001":
+  // what `auto` chose at this tolerance; or "auto 0.001 refused": the tolerance, and the error of
   // the best level there is.
   std::string level;
   int mesh = 0;
   double estimate = 0, error = 0;  // relative
-  double truth_doubt = 0;  // relative, of the truth that was used
+  double truth_doubt = 0;  // relative doubt in the truth that was used
   double order = 0;
   bool settled = true;
-  double negligible = 1e-7;  // errors that nobody asks about
+  double negligible = 1e-7;  // errors below this do not matter
   double ratio() const { return estimate / error; }
-  // Estimate and error are both negligible, so their ratio says nothing.
+  // Estimate and error are both negligible, so their ratio means nothing.
   bool met() const {
     return estimate <= negligible && error <= negligible && truth_doubt <= negligible;
   }
-  // The truth must be known so many times better than the error. For meshes of finite strain no
+  // The truth must be known better than the error by this factor. For meshes of finite strain no
   // truth is that good.
   double least_exactness = 100;
   bool counts() const { return !met() && truth_doubt <= error / least_exactness; }
@@ -52,18 +52,18 @@ inline double least_exactness(Level level) {
 
 struct JudgePlan {
   std::vector<double> pressure_Pa{10e3, 30e3, 100e3};
-  int finest_linear = 1, finest_finite = 1;  // the finest meshes that are judged
-  int truth_linear = 3, truth_finite = 2;  // the finest meshes whose limits judge them
-  std::vector<double> tolerance;  // at which `auto` is judged
+  int finest_linear = 1, finest_finite = 1;  // finest meshes that are judged
+  int truth_linear = 3, truth_finite = 2;  // finest meshes of the limits by which they are judged
+  std::vector<double> tolerance;  // tolerances at which `auto` is judged
 };
 
-// Aitken's limit of three meshes that halve each other, and its distance from that of three others,
-// of which the finest is one member coarser.
+// Aitken's limit of three meshes that halve each other. The doubt is the distance to the limit of
+// three others whose finest is one member coarser.
 struct StackTruth {
   double value_F = 0, doubt_F = 0;
 };
 
-// `value` of a mesh; nullopt: it has none.
+// `value` gives the answer on a mesh; nullopt: there is none.
 inline std::optional<StackTruth> limit_of_halvings(
     int finest, int half_as_fine, const std::function<std::optional<double>(int mesh)>& value) {
   struct Limit {
@@ -82,7 +82,7 @@ inline std::optional<StackTruth> limit_of_halvings(
   return StackTruth{fine->value, std::abs(fine->value - coarse->value)};
 }
 
-// At small strain each second member halves the cells, with finite strain each does.
+// At small strain every second member halves the cells, with finite strain every member does.
 inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level, int finest,
                                             Pressure pressure) {
   return limit_of_halvings(finest, level == Level::fem_linear ? 2 : 1,
@@ -95,11 +95,11 @@ inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level,
                            });
 }
 
-// The truth for finite strain: the limit at small strain times that of the ratio of finite to small
-// strain on the same meshes. The cost of bonded corners is nearly the same in both, so the ratio
-// converges better than either. nullopt when it does not: then finite strain only seems to
-// converge, because what it gains at small strain hides the rest. nullopt also when its own limit
-// lies elsewhere.
+// The truth for finite strain: the limit at small strain times the limit of the ratio of finite to
+// small strain on the same meshes. The error at bonded corners is nearly the same in both, so the
+// ratio converges better than either. nullopt when it does not converge: finite strain then only
+// seems to converge, because its gain at small strain hides the rest. nullopt also when its own
+// limit lies elsewhere.
 inline std::optional<StackTruth> find_finite_truth(ErrorEstimator& solved, int finest,
                                                    int finest_linear, Pressure pressure) {
   const auto direct = find_truth(solved, Level::fem_finite, finest, pressure);
@@ -124,7 +124,7 @@ inline std::optional<StackTruth> find_finite_truth(ErrorEstimator& solved, int f
   return product.doubt_F < direct->doubt_F ? product : direct;
 }
 
-// The mesh of one answer at small strain alone, whatever judges it.
+// Judges the mesh of one answer at small strain alone.
 inline std::optional<Judged> judge_mesh(ErrorEstimator& solved, std::uint64_t seed, int mesh,
                                         Pressure pressure, const StackTruth& truth) {
   LevelSettings settings;
@@ -147,7 +147,7 @@ inline std::optional<Judged> judge_mesh(ErrorEstimator& solved, std::uint64_t se
   return j;
 }
 
-// A stack's slope at zero load by another code, and how much its last refinement changed it.
+// A stack's slope at zero load from another code, and how much its last refinement changed it.
 struct SlopeTruth {
   std::uint64_t seed = 0;
   double slope_F_Pa = 0, doubt_F_Pa = 0;
@@ -156,7 +156,7 @@ struct SlopeTruth {
   std::optional<double> coarse_s;
 };
 
-// The table that bench/fenicsx/truths.py writes.
+// Reads the table that bench/fenicsx/truths.py writes.
 inline std::vector<SlopeTruth> read_slope_truths(std::istream& in) {
   constexpr double kPerPa = 1e-15 / 1e3;  // from fF/kPa
   std::vector<SlopeTruth> truths;
@@ -182,7 +182,7 @@ inline void judge_slope(const SlopeTruth& truth, int finest_mesh,
   for (int mesh = 0; mesh <= finest_mesh; ++mesh) {
     auto j = judge_mesh(solved, truth.seed, mesh, tiny, at);
     if (!j) continue;
-    // its doubt is what the last refinement changed, and that leaves about a tenth of it
+    // the doubt is the change by the last refinement, of which about a tenth is left
     j->least_exactness = 10;
     take(*j);
   }
@@ -232,7 +232,7 @@ inline void judge_levels(ErrorEstimator& solved, const JudgePlan& plan, const Ju
   }
 }
 
-// `least_error`: of the best level that was judged.
+// `least_error`: error of the best level that was judged.
 inline void judge_auto(ErrorEstimator& solved, double tolerance, double least_error,
                        const Judged& blank, const StackTruth& truth,
                        const std::function<void(const Judged&)>& take) {

@@ -45,7 +45,7 @@ class StubMeter final : public LcrMeter {
   LcrCapabilities capabilities_;
 };
 
-// Every command succeeds at once, except that a STOP is never confirmed when it hangs.
+// Every command succeeds at once. When it hangs, a STOP is never confirmed.
 class StubFrame final : public LoadFrame {
  public:
   explicit StubFrame(Clock& clock) : clock_(clock) {
@@ -60,15 +60,15 @@ class StubFrame final : public LoadFrame {
   bool hangs = false;
   Result<> stop_says;
   Result<Identity> reconnect_says = Identity();
-  MotionOutcome motion_says;  // of a travel: goes there instead of where it was told to
-  double force_N = 0, travel_m = 0;  // of the samples
-  std::function<double(double travel_m)> force_at;  // instead of `force_N`
-  double digit_m = 0;  // of the travel that is shown; 0: none
-  double noise_N = 0;  // every other sample shows so much more
+  MotionOutcome motion_says;  // a motion of the travel ends there instead of at its target
+  double force_N = 0, travel_m = 0;  // shown in the samples
+  std::function<double(double travel_m)> force_at;  // gives the force instead of `force_N`
+  double digit_m = 0;  // step of the travel shown; 0: none
+  double noise_N = 0;  // added to every other sample
   Duration sample_period = std::chrono::milliseconds(100);
-  bool never_ends = false;  // a motion
+  bool never_ends = false;  // motions do not end
   std::optional<std::string> zero_of;  // origin
-  std::vector<std::string> commands;  // that it was given
+  std::vector<std::string> commands;  // those it was given
 
   FrameCapabilities& abilities() { return capabilities_; }
   const FrameCapabilities& capabilities() const override { return capabilities_; }
@@ -115,7 +115,7 @@ class StubFrame final : public LoadFrame {
     s.received = clock_.now();
     return s;
   }
-  // Samples keep coming whatever hangs.
+  // Samples keep coming even when it hangs.
   Task<> send_samples() {
     for (;;) {
       co_await clock_.wait_for(sample_period);

@@ -31,7 +31,7 @@ class SyntheticRun {
     row.lcr_settings_json =
         R"({"function":"Cp-D","frequency_Hz":1000,"level_V":1,"aperture":"medium","average":1,)"
         R"("trigger":"bus","conversion_time_s":0.12})";
-    // Nothing here has to survive a power cut.
+    // A power cut need not be survived here.
     static_cast<void>(db_.execute("PRAGMA synchronous = OFF"));
   }
 
@@ -151,7 +151,7 @@ class SyntheticRun {
   bool with_frame = true;
   bool is_fresh = true;  // the next readings are; false: they repeat the one before
   std::int64_t flags = 0;  // flags of the next readings; storage/flags.hpp
-  int lost_frames = 0;  // how many of the next samples are missing
+  int lost_frames = 0;  // number of next samples that will be missing
   std::function<double(double)> travel_m = [](double force) { return 3e-3 + 1e-5 * force; };
 
   // The static experiment: a baseline, then repeats over the levels.
@@ -169,7 +169,7 @@ class SyntheticRun {
       return std::optional<double>(v);
     };
     bool targets = true;
-    int touches = 0;  // of a search that slows down, before it says where the contact is
+    int touches = 0;  // touches of a search that slows down, before it reports the contact
   };
   void play(const Static& s) {
     std::mt19937_64 random(s.seed);

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Completion of lcrig, lcrigd and lcrig-sim for bash. What there is to choose from, they say
-# themselves.
+# Completion of lcrig, lcrigd and lcrig-sim for bash. The programs themselves say which words are
+# possible.
 
-# The word as a program would get it: without the quotes that are open or closed in it.
+# The word as a program would receive it: without its quotes, closed or still open.
 _lcrig_unquoted() {
   local word=$1
   case $word in
@@ -14,7 +14,7 @@ _lcrig_unquoted() {
 }
 
 _lcrig() {
-  # bash has cut words at = and : (COMP_WORDBREAKS); lcrig gets them whole.
+  # bash has cut words at = and : (COMP_WORDBREAKS). They are joined again for lcrig.
   local -a words=()
   local i word joins=no
   for ((i = 1; i <= COMP_CWORD; i++)); do

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Completion of lcrig, lcrigd and lcrig-sim for fish. What there is to choose from, they say
-# themselves.
+# Completion of lcrig, lcrigd and lcrig-sim for fish. The programs themselves say which words are
+# possible.
 function __lcrig_complete
     set -l before (commandline -opc)
     set -l current (commandline -ct)

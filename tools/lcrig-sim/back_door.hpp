@@ -15,7 +15,7 @@
 
 namespace lcrig::sim {
 
-// The bench that the commands act on. `frame` is nullptr with dead weights.
+// The bench on which the commands act. `frame` is nullptr with dead weights.
 struct Bench {
   Clock& clock;
   Plant& plant;
@@ -31,7 +31,7 @@ bool is_moving(const Bench& bench);
 
 class BackDoor {
  public:
-  // The tasks outlive it.
+  // The tasks must outlive the back door.
   BackDoor(const asio::any_io_executor& executor, Tasks& tasks, Bench bench);
   ~BackDoor();
   // Replaces a socket file that an earlier process left behind. Errors: io.

@@ -21,7 +21,7 @@ class PortBench final : public FaultBench {
   void unplug_frame() override {
     if (frame_ != nullptr) frame_->unplug();
   }
-  void plug_frame(bool other_port) override;  // TCP: always on its port
+  void plug_frame(bool other_port) override;  // over TCP it always keeps its port
 
   void hook_meter(lcr6100::SimHooks hooks) override { meter_.hook(std::move(hooks)); }
   void break_meter(const std::function<void(lcr6100::SimFaults&)>& change) override {

@@ -55,9 +55,7 @@ Result<> FramePort::bind() {
 }
 
 Result<> FramePort::open_pty() {
-  auto pty = Pty::open();
-  if (!pty) return fail(pty.error());
-  pty_ = std::move(*pty);
+  if (auto r = keep(Pty::open(), pty_); !r) return fail(r.error());
   url_ = "pty:" + pty_->path();
   serve(pty_->release_master(), "sim:" + url_);
   return {};
@@ -83,7 +81,7 @@ void FramePort::hook(ZwickSimHooks hooks) {
 
 void FramePort::change(const std::function<void(ZwickSimFaults&)>& change) {
   change(lasting_);
-  // These apply to the present connection only.
+  // These faults apply to the present connection only.
   lasting_.lose_samples = lasting_.spike_samples = 0;
   lasting_.lose_tare = lasting_.tell_origin = false;
   if (!gateway_) return;

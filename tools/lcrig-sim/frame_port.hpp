@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated load frame of lcrig-sim behind its gateway: frame-link/1 on loopback TCP or a pty.
+// The simulated load frame of lcrig-sim behind its gateway: frame-link/1 on loopback TCP or on a
+// pty. Used by main.cpp and the fault scripts.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -21,7 +22,7 @@ class FramePort {
   FramePort(asio::any_io_executor executor, Clock& clock, Tasks& tasks, FrameScene& scene,
             ZwickSimSettings settings);
 
-  // Call one of the two, once. Port 0: any free port. Errors: the port is taken, no pty.
+  // Call one of the two, once. Port 0: any free port. Errors: the port is taken; there is no pty.
   Result<> listen(std::uint16_t tcp_port);
   Result<> open_pty();
   const std::string& url() const { return url_; }  // "tcp://127.0.0.1:40123", "pty:/dev/pts/6"
@@ -30,14 +31,14 @@ class FramePort {
   // port.
   void unplug();
   Result<> plug();
-  // For fault scripts. Both stay in force when the connection ends.
+  // For fault scripts. Hooks and changes stay in force when the connection ends.
   void hook(ZwickSimHooks hooks);
   void change(const std::function<void(ZwickSimFaults&)>& change);
   void heal();
-  void forget();  // as after switching off and on
-  void restart(bool forgets_zero);  // restarts the gateway's program
+  void forget();  // as after the machine was switched off and on
+  void restart(bool forgets_zero);  // restarts the program of the gateway
 
-  ZwickSim* gateway() { return gateway_.get(); }  // nullptr: no client
+  ZwickSim* gateway() { return gateway_.get(); }  // nullptr: no client is connected
 
  private:
   Result<> bind();
@@ -55,9 +56,9 @@ class FramePort {
   asio::ip::tcp::acceptor acceptor_;
   std::optional<Pty> pty_;
   std::shared_ptr<ZwickSim> gateway_;
-  std::shared_ptr<ZwickSim> parked_;  // the machine while there is no client
+  std::shared_ptr<ZwickSim> parked_;  // keeps the machine while no client is connected
   ZwickSimHooks hooks_;
-  ZwickSimFaults lasting_;  // faults of a script
+  ZwickSimFaults lasting_;  // the faults of a script
 };
 
 }  // namespace lcrig::sim

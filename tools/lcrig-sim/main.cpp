@@ -34,7 +34,7 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
-// By which an earlier file is known: only that is replaced.
+// How an earlier file of this program begins. Only such a file is replaced.
 constexpr const char* kReadyBegin = R"({"control":)";
 constexpr const char* kToldBegin = R"({"fixture":{"probe_diameter_mm":)";
 
@@ -97,8 +97,8 @@ class SimBench {
   }
 
  private:
-  // Beyond the table of the specimen there is no physics. Each time that it begins, the log and the
-  // client of the frame are told.
+  // Warns when the specimen's force exceeds its table, because the model has no answer there. Each
+  // time that happens, it tells the log and the client of the frame.
   Task<> watch_model_end() {
     const double solved_N = world_->response().max_force_N();
     bool is_beyond = false;
@@ -140,11 +140,9 @@ class SimBench {
     return {};
   }
 
-  // Builds a random machine and specimen, and what a config file would say about them.
+  // Builds a random machine and specimen, and what a config file says about them.
   Result<> build_random() {
-    auto rig = parse_rig(options_.rig);
-    if (!rig) return fail(rig.error());
-    rig_ = std::move(*rig);
+    if (auto r = keep(parse_rig(options_.rig), rig_); !r) return fail(r.error());
     spdlog::info("{}", describe(*rig_));
     if (!options_.told.empty()) {
       if (auto told = write_whole_file(options_.told, told_json(*rig_) + "\n"); !told) return told;
@@ -215,7 +213,7 @@ class SimBench {
   Tasks tasks_{io_.get_executor(), clock_};
   Options options_;
   std::unique_ptr<BenchWorld> world_;
-  std::optional<RandomRig> rig_;  // instead of world_
+  std::optional<RandomRig> rig_;  // used instead of world_
   std::unique_ptr<CurvedSpecimen> rig_specimen_;
   std::unique_ptr<Plant> rig_plant_;
   std::unique_ptr<PlantScene> scene_;
@@ -237,8 +235,8 @@ Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, SimBench& 
 int serve(Options options) {
   RealClock clock;
   asio::io_context io(1);
-  // Set up before the line that says where it listens, because a reader of that line may send a
-  // signal at once.
+  // Set up before the line is printed that says where it listens, because a reader of that line may
+  // send a signal at once.
   asio::signal_set signals(io, SIGTERM, SIGINT);
   SimBench bench(io, clock, std::move(options));
   if (auto started = bench.start(); !started) {
@@ -261,7 +259,7 @@ void declare(CLI::App& cli, Options& o) {
       ->check(CLI::Range(0.001, 1e4))
       ->capture_default_str();
   cli.add_option("--seed", o.seed, "Of all noise")
-      ->check(CLI::NonNegativeNumber)  // CLI11 would take -1 for 2^64 - 1
+      ->check(CLI::NonNegativeNumber)  // otherwise CLI11 would accept -1 as 2^64 - 1
       ->capture_default_str();
   auto* realistic = cli.add_flag("--realistic", o.realistic, "Let the bench err as real ones do");
   cli.add_option("--lcr-link", o.lcr_link, "Symbolic link to the meter's pty");
@@ -311,7 +309,7 @@ std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv)
 }  // namespace lcrig::sim
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // report a client that went away as an error code
+  std::signal(SIGPIPE, SIG_IGN);  // a client that went away is reported as an error code instead
   lcrig::sim::Options options;
   CLI::App cli{"lcrig-sim: the simulated meter and load frame on a pty and TCP, in real time",
                "lcrig-sim"};

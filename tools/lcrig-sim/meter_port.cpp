@@ -28,8 +28,8 @@ MeterPort::~MeterPort() {
   unplug();
 }
 
-// The kernel gives the lowest free number. To get another one, this holds the old one while it
-// opens a second pty.
+// Opens a pty. The kernel gives out the lowest free number. To get another one, the old one stays
+// open while a second pty is opened.
 Result<Pty> MeterPort::open_pty(bool other_port) const {
   auto pty = Pty::open();
   if (!pty || !other_port || pty->path() != last_path_) return pty;
@@ -38,9 +38,7 @@ Result<Pty> MeterPort::open_pty(bool other_port) const {
 
 Result<> MeterPort::plug(bool other_port) {
   if (pty_) return {};
-  auto pty = open_pty(other_port);
-  if (!pty) return fail(pty.error());
-  pty_ = std::move(*pty);
+  if (auto r = keep(open_pty(other_port), pty_); !r) return fail(r.error());
   last_path_ = pty_->path();
   if (auto linked = make_link(); !linked) {
     pty_.reset();

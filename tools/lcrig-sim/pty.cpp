@@ -50,10 +50,10 @@ Pty::~Pty() {
 void Pty::forget_dead_client() const {
   int exclusive = 0;
   if (::ioctl(device_, TIOCGEXCL, &exclusive) != 0 || exclusive == 0) return;
-  // A client that is alive also holds this lock; the kernel releases it when the process ends.
+  // A client that is alive also holds this lock. The kernel releases it when the process ends.
   if (::flock(device_, LOCK_EX | LOCK_NB) != 0) return;
   ::ioctl(device_, TIOCNXCL);
-  ::tcflush(device_, TCIFLUSH);  // answers that nobody read
+  ::tcflush(device_, TCIFLUSH);  // discards answers that nobody read
   ::flock(device_, LOCK_UN);
 }
 

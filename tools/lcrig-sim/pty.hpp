@@ -9,8 +9,8 @@
 
 namespace lcrig::sim {
 
-// In raw mode. The device stays open on this side too, so that the next client finds the same
-// instrument when one leaves. Closing both sides unplugs it.
+// The pty is in raw mode. This process keeps the device open, too, so that when one client leaves
+// the next one finds the same instrument. Closing both sides unplugs it.
 class Pty {
  public:
   static Result<Pty> open();
@@ -19,10 +19,10 @@ class Pty {
   ~Pty();
 
   const std::string& path() const { return path_; }  // "/dev/pts/5"
-  // once; the caller closes it
+  // call once; the caller closes it
   int release_master() { return std::exchange(master_, -1); }
-  // A serial port loses TIOCEXCL when its last user is gone, even by SIGKILL. This device is always
-  // open in this process, so this removes the mark of a dead client.
+  // A serial port loses TIOCEXCL when its last user is gone, even by SIGKILL. This process keeps
+  // the device open all the time, so it must remove the mark of a dead client itself.
   void forget_dead_client() const;
 
  private:

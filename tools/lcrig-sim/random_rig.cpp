@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// Gives the same numbers for a seed with every standard library.
+// Draws random numbers that are the same for a seed with every standard library.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {
@@ -47,7 +47,7 @@ struct Contact {
 Contact draw_contact(Draw& draw, double limit_N, bool curved) {
   const double stiffness = draw.scale(1e3, 1000e3);
   const double share = draw.even(0.05, 0.9);  // the frame's share of the compliance
-  // How much the specimen's stiffness grows up to twice the limit.
+  // Factor by which the specimen's stiffness grows up to twice the limit.
   const double growth = draw.chance(0.5) ? draw.scale(1, 1.5) : draw.scale(1, 4);
   Contact c;
   c.frame_N_m = stiffness / share;
@@ -134,7 +134,7 @@ void draw_link(Draw& draw, std::uint32_t quirks, RandomRig& rig) {
   if ((quirks & kSlowAnswers) != 0) f.answer_delay_s = answers_s;
 }
 
-// CAPS: each value is a bound that holds in the worst case.
+// The values of CAPS: each is a bound that holds in the worst case.
 void tell_capabilities(Draw& draw, RandomRig& rig) {
   const PlantConfig& p = rig.plant;
   const ZwickSimSettings& f = rig.frame;
@@ -166,13 +166,13 @@ void tell_capabilities(Draw& draw, RandomRig& rig) {
 }
 
 // Writes a specimen file whose confined stiffness is at least that of the specimen at twice the
-// limit and only grows from there. M = 2 mu (1 - nu)/(1 - 2 nu) = E (1 - nu)/((1 + nu)(1 - 2 nu)).
+// limit, and grows from there. M = 2 mu (1 - nu)/(1 - 2 nu) = E (1 - nu)/((1 + nu)(1 - 2 nu)).
 void tell_specimen(Draw& draw, double true_N_m, RandomRig& rig) {
   const double diameter_m = draw.even(4e-3, 12e-3), margin = draw.scale(1.02, 8);
   const double nu = draw.chance(0.5) ? draw.even(0.2, 0.45) : draw.even(0.45, 0.495);
   const int layers = 1 + static_cast<int>(draw.even(0, 3));
   const bool is_known = draw.chance(0.88), is_rigid = draw.chance(0.07);
-  const double strain = draw.scale(0.002, 0.15);  // at twice the limit, of the true stiffness
+  const double strain = draw.scale(0.002, 0.15);  // at twice the limit, with the true stiffness
   rig.probe_diameter_m = round_to(draw.even(2e-3, 8e-3), 2);
   if (!is_known) return;
   const double area_m2 = std::numbers::pi / 4 * diameter_m * diameter_m;
@@ -233,8 +233,8 @@ double RandomRig::stiffness_N_m(double force_N) const {
   return 1 / (1 / specimen().stiffness_N_m(force_N) + 1 / plant.frame_stiffness_N_m);
 }
 
-// Everything is drawn in a fixed order, even what is left out afterwards, so that leaving a quirk
-// out does not change the rest.
+// Everything is drawn in a fixed order, even values that are not used afterwards. Leaving a quirk
+// out then does not change the others.
 RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
   Draw draw(seed);
   RandomRig rig;
@@ -254,7 +254,7 @@ RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
 
   rig.lie = options.lie.value_or(Lie());
   PlantConfig& p = rig.plant;
-  // Scaling the stiffness at every force scales both k and c.
+  // A factor on the stiffness at every force is a factor on both k and c.
   rig.specimen_N_m = contact.specimen_N_m * rig.lie.stiffness;
   rig.curvature_1_m = contact.curvature_1_m * rig.lie.stiffness;
   p.frame_stiffness_N_m = contact.frame_N_m * rig.lie.stiffness;

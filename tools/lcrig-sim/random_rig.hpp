@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random rigs for `lcrig-sim --rig` and the property tests: a machine and a specimen drawn from a
-// seed, and, drawn independently, what a plan is told about them (docs/simulator.md).
+// Random rigs for `lcrig-sim --rig` and the property tests. A machine and a specimen are drawn from
+// a seed. What a plan is told about them is drawn independently (docs/simulator.md).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace lcrig::sim {
 
-// F = k x (1 + c x): a closed form for any stiffness.
+// A specimen with F = k x (1 + c x), which has a closed form for any stiffness.
 class CurvedSpecimen final : public SpecimenResponse {
  public:
   CurvedSpecimen(double stiffness_N_m, double curvature_1_m)
@@ -34,11 +34,11 @@ class CurvedSpecimen final : public SpecimenResponse {
 enum Quirk : std::uint32_t {
   kOffset = 1U << 0U,  // the cell is not tared
   kDrift = 1U << 1U,  // its zero drifts
-  kGain = 1U << 2U,  // its gain is wrong by a part of its class
-  kMissing = 1U << 3U,  // values are missing in the samples
+  kGain = 1U << 2U,  // its gain is wrong by part of what its class allows
+  kMissing = 1U << 3U,  // some samples lack values
   kLate = 1U << 4U,  // samples come late and in bursts
   kSlowAnswers = 1U << 5U,
-  kPolled = 1U << 6U,  // the gateway polls the force to stop
+  kPolled = 1U << 6U,  // the gateway polls the force to decide when to stop
   kLoopWavers = 1U << 7U,  // the force loop has lag and ripple and stops at contact
   kCurved = 1U << 8U,  // the specimen stiffens under force
   kOddTravel = 1U << 9U,  // travel does not begin at 0
@@ -47,7 +47,7 @@ enum Quirk : std::uint32_t {
 };
 constexpr std::uint32_t kAllQuirks = (1U << 12U) - 1;
 
-// How far the truth lies outside of what a daemon is told.
+// How far the truth lies outside what a daemon is told.
 struct Lie {
   double stiffness = 1;  // factor on the stiffness of the contact
   double reaction = 1;  // factor on the reaction time of the drive
@@ -56,24 +56,24 @@ struct Lie {
 
 struct RandomRig {
   std::uint64_t seed = 1;
-  std::uint32_t quirks = 0;  // that this rig has
+  std::uint32_t quirks = 0;  // those that this rig has
   Lie lie;
 
   // The truth.
   double specimen_N_m = 0, curvature_1_m = 0;
   PlantConfig plant;
-  ZwickSimSettings frame;  // `declared` is what is told
-  double gap_m = 0;  // from the start to contact
+  ZwickSimSettings frame;  // `declared` is what the daemon is told
+  double gap_m = 0;  // distance from the start to contact
 
-  // Told: what a daemon's config says about the frame (docs/config-file.md), and the specimen's
-  // file. Empty: the specimen is unknown.
+  // What a daemon is told: the frame as in its config (docs/config-file.md), and the specimen's
+  // file. An empty file means that the specimen is unknown.
   std::optional<double> frame_stiffness_N_m;
   double force_class_percent = 1;
   std::optional<ForceLoop> force_loop;
   double probe_diameter_m = 4e-3;
   std::string specimen_text;
 
-  double limit_N = 0;  // what is told holds up to twice this force
+  double limit_N = 0;  // up to twice this force the daemon's facts hold
 
   const FrameCapabilities& declared() const { return frame.declared.value(); }
   CurvedSpecimen specimen() const { return CurvedSpecimen(specimen_N_m, curvature_1_m); }
@@ -82,7 +82,7 @@ struct RandomRig {
 };
 
 struct RigOptions {
-  std::uint32_t without = 0;  // quirks that are left out
+  std::uint32_t without = 0;  // quirks to leave out
   std::optional<Lie> lie;
   std::optional<double> gap_m;  // instead of the drawn one
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tasks of the ports and of the back door, counted, so that the program ends when all of them
+// Counts the tasks of the ports and of the back door, so that lcrig-sim can end when all of them
 // have ended.
 #pragma once
 
@@ -12,13 +12,13 @@
 
 namespace lcrig::sim {
 
-// Outlives its tasks and those who start them.
+// It must outlive its tasks and those who start them.
 class Tasks {
  public:
   Tasks(asio::any_io_executor executor, Clock& clock)
       : executor_(std::move(executor)), changed_(clock) {}
 
-  // `at_end` is called once the task has ended; it keeps alive what the task uses.
+  // `at_end` is called once the task has ended. It keeps alive what the task uses.
   void start(Task<> task, std::function<void()> at_end = {}) {
     ++running_;
     const auto ended = [this, at_end = std::move(at_end)](std::exception_ptr error) {
@@ -29,7 +29,7 @@ class Tasks {
     };
     asio::co_spawn(executor_, std::move(task), ended);
   }
-  // Until `holds()`, which the end of a task may make true.
+  // Waits until `holds()` is true. It is asked again whenever a task ends.
   Task<bool> until(std::function<bool()> holds, MonoTime limit) {
     return changed_.wait(std::move(holds), limit);
   }

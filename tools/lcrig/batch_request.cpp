@@ -20,7 +20,7 @@ std::string how_to_correct() {
   return "correct the table; " + doc_page("batch-file") + " describes it";
 }
 
-// An error about the file of a cell, in one line.
+// An error about the file in a cell, as one line.
 Error one_line(const Failure& failure) {
   return Error(Errc::invalid_request, failure.what);
 }
@@ -29,7 +29,7 @@ BatchFile as_batch_file(LibraryFile file) {
   return {std::move(file.name), file.path.string(), std::move(file.text)};
 }
 
-// Remembers the files that the cells name, for the request that queues them.
+// Keeps the files that the cells name, for the request that queues them.
 class Shelf {
  public:
   Shelf(const Context& context, std::string db_path, BatchRequest& out)
@@ -53,7 +53,7 @@ class Shelf {
     }
     BatchFile named;
     named.name = word;
-    if (!readable_) return named;  // the daemon, which owns the database, knows
+    if (!readable_) return named;  // the daemon, which owns the database, will look it up
     auto found = find_specimen_text(context_, db_path_, word);
     if (!found) return fail(one_line(found.error()));
     return out_.specimens[word] = as_batch_file(std::move(*found));
@@ -139,15 +139,6 @@ Outcome<BatchRequest> BatchOptions::read(const Context& context, const std::stri
   out.file_name = std::filesystem::path(file_).filename().string();
   out.table = std::move(*text);
   return out;
-}
-
-std::string order_words(BatchOrder order, std::int64_t seed) {
-  switch (order) {
-    case BatchOrder::given: return "in the order of the table";
-    case BatchOrder::blocks: return fmt::format("in blocks, seed {}", seed);
-    case BatchOrder::random: return fmt::format("in random order, seed {}", seed);
-  }
-  return {};
 }
 
 }  // namespace lcrig::cli

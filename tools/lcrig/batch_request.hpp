@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of runs as a command line asks for it: `queue add --batch`, `rehearse --batch`.
+// A table of runs as a command line asks for it: `queue add --batch` and `rehearse --batch`.
 #pragma once
 
 #include <cstdint>
@@ -17,22 +17,22 @@ struct BatchRequest {
   std::string name, file_name, table;
   BatchOrder order = BatchOrder::given;
   std::int64_t seed = 0;
-  BatchTerms terms;  // what the file says for all of its rows
+  BatchTerms terms;  // terms that the file sets for all rows
   std::vector<BatchEntry> rows;
-  std::map<std::string, BatchFile> protocols, specimens;  // by the words of the cells
+  std::map<std::string, BatchFile> protocols, specimens;  // by the words in the cells
   std::int64_t runs() const;
 };
 
 class BatchOptions {
  public:
-  void declare(ArgumentList& list);  // without --seed
+  void declare(ArgumentList& list);  // all options but --seed
   bool given() const { return !file_.empty(); }
-  // Another option of a batch was given, but no file; its name. "": none.
+  // Name of another batch option that was given without a file. "": there is none.
   std::string stray() const;
   const std::string& file() const { return file_; }
-  // The whole table, checked. Specimens are looked for in the library and in this database. `seed`:
-  // of an order by chance; nullopt: the file's, else one is drawn. Failure: usage; whatever is
-  // wrong with the table, all at once.
+  // Reads and checks the whole table. Specimens are looked up in the library and in this database.
+  // `seed` is that of a random order; with nullopt the file's seed is used, or else one is drawn.
+  // Failure: usage, with all mistakes of the table at once.
   Outcome<BatchRequest> read(const Context& context, const std::string& db_path,
                              std::optional<std::uint64_t> seed) const;
 
@@ -43,8 +43,5 @@ class BatchOptions {
 
   std::string file_, name_, order_;
 };
-
-// "in blocks, seed 1234"
-std::string order_words(BatchOrder order, std::int64_t seed);
 
 }  // namespace lcrig::cli

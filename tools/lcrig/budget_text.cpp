@@ -36,7 +36,7 @@ json to_json(const Prediction& p) {
   for (const UncertaintyPart& part : p.uncertainty.parts) {
     parts.push_back({{"part", part.name},
                      {"standard_uncertainty", part.standard_uncertainty},
-                     {"kind", part.kind == UncertaintyKind::a ? "A" : "B"},
+                     {"kind", to_string(part.kind)},
                      {"shrinks", part.shrinks},
                      {"basis", part.basis}});
   }
@@ -109,7 +109,7 @@ void append_row(const BudgetPoint& p, std::string& out) {
   }
 }
 
-// A target that cannot be predicted counts as unmet.
+// Says why a target is not met. A result without a prediction counts as unmet.
 std::string unmet_text(const BudgetSetting& s) {
   if (s.planned.not_predicted.empty()) return "not within the protocol's parameters\n";
   return fmt::format("cannot be told: nothing predicts {}\n",

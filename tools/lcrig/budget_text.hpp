@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A budget as `lcrig budget` shows it.
+// Shows a budget as JSON, table and picture, for `lcrig budget`.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

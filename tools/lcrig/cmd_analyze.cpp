@@ -81,8 +81,8 @@ class AnalyzeCommand final : public Command {
  private:
   Outcome<void> check_options() const {
     const auto& rig = wanted_.rig;
-    // Only a wrong percentage can be corrected by a proposal: the other values are facts of the
-    // rig.
+    // A command can be proposed only for a percentage that should have been a fraction. The other
+    // values are facts of the rig.
     const auto bad = [](const char* option, double value, const std::string& expected,
                         const std::string& next = "lcrig analyze --help") {
       return Failure(kUsage, fmt::format("{} {:g}: expected {}", option, value, expected), next);

@@ -35,7 +35,7 @@ json report_json(const std::string& file, const CopyReport& r, double seconds) {
   return out;
 }
 
-// A signal ends it, and nothing stays behind.
+// A signal ends the copy, and no partial copy stays behind.
 Result<CopyReport> copy_until_stopped(const std::string& from, const std::string& to,
                                       CopyOptions options) {
   StopSignals signals(true);
@@ -117,7 +117,7 @@ class RestoreCommand final : public Command {
   }
 
  private:
-  // The service writes as the owner of its folder.
+  // The service writes as the owner of the folder, so the file must belong to the same owner.
   void tell_owner(const Context& context) const {
     struct ::stat folder{};
     const auto path = std::filesystem::absolute(to_).parent_path();

@@ -22,9 +22,9 @@ namespace lcrig::cli {
 
 namespace {
 
-constexpr double kUsual_Hz[] = {1e3, 1e4, 1e5};  // searched for a target
+constexpr double kUsual_Hz[] = {1e3, 1e4, 1e5};  // tried when there is a target
 
-// With a target, other test frequencies are tried too: they decide how quickly it is reached.
+// With a target, other test frequencies are tried, too: they decide how quickly it is reached.
 std::vector<double> usual_frequencies(const Protocol& protocol, const Rig& rig, bool with_target) {
   std::vector<double> out{protocol.sample.lcr.frequency.si()};
   for (const double Hz : kUsual_Hz) {
@@ -94,7 +94,7 @@ class BudgetCommand final : public Command {
   }
 
  private:
-  // The setting that the question refers to.
+  // What the question is about.
   struct Scene {
     Protocol protocol;
     Environment environment;
@@ -127,7 +127,8 @@ class BudgetCommand final : public Command {
                  std::move(*curve)};
   }
 
-  // The run tells the noise of its own setting; of other apertures the ratio is that of the bench.
+  // Noise measured in a run. The run gives the noise of its own setting. For other apertures it is
+  // scaled by the ratios of the bench.
   Outcome<InstrumentNoise> noise_of_run(const Context& context,
                                         const InstrumentNoise& bench) const {
     auto db = open_runs(context);
@@ -144,20 +145,21 @@ class BudgetCommand final : public Command {
     if (!chain) return Failure(chain.error(), next_after(chain.error()));
     note_if_changed(context, *chain, *run);
     const MeterSetting& m = seen->meter;
-    const auto speed = static_cast<std::size_t>(m.speed);
+    const auto aperture = static_cast<std::size_t>(m.aperture);
     const double once =
         seen->reading_F * (m.frequency_Hz / 1000) * m.level_V * std::sqrt(m.average);
     InstrumentNoise out = bench;
-    for (double& F : out.capacitance_F) F *= once / bench.capacitance_F[speed];
+    for (double& F : out.capacitance_F) F *= once / bench.capacitance_F[aperture];
     out.guessed = {true, true, true};
-    out.guessed[speed] = false;
+    out.guessed[aperture] = false;
     if (seen->force_N) out.force_N = *seen->force_N;
     out.basis = fmt::format("run {}: {:.3g} fF of a reading ({}, {:g} Hz)", *run,
-                            seen->reading_F * 1e15, to_string(m.speed), m.frequency_Hz);
+                            seen->reading_F * 1e15, to_string(m.aperture), m.frequency_Hz);
     return out;
   }
 
-  // The command that runs exactly this point: the -p that were given, then those that it changes.
+  // The command for exactly this point: the -p of the command line, then those that the point
+  // changes.
   std::string command_for(const GlobalOptions& global, const BudgetPoint& point) const {
     std::map<std::string, std::string> changes;
     for (const std::string& p : parameters_) {

@@ -26,7 +26,7 @@ Outcome<Rig> budget_rig(const Context& context, const std::string& bench,
 
 Result<SpecimenCurve> budget_curve(const LibraryFile& file, const Protocol& protocol,
                                    const Environment& environment, const Rig& rig) {
-  constexpr double kForceReserve = 1.2;  // beyond the largest force of the plan
+  constexpr double kForceReserve = 1.2;  // the table ends beyond the plan's largest force
   auto specimen = parse_specimen(file.text, file.name);
   if (!specimen) return fail(specimen.error());
   const auto limits = bind_limits(protocol, environment, rig.frame);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The input of a prediction: the rig of a bench and the curve of a specimen. `lcrig budget` and
-// `lcrig rehearse --batch` use it.
+// Makes the input of a prediction: the rig of a bench and the curve of a specimen. `lcrig budget`
+// and `lcrig rehearse --batch` use it.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace lcrig::cli {
 
-// Failure: no such bench, or a wrong one.
+// Failure: there is no such bench, or its file is wrong.
 Outcome<Rig> budget_rig(const Context& context, const std::string& bench,
                         const LibraryFile& specimen, const Protocol& protocol);
-// Errors: the specimen's file; limits that the frame cannot have; no model can compute it.
+// Errors: wrong file of the specimen; limits that the frame cannot have; no model can compute it.
 Result<SpecimenCurve> budget_curve(const LibraryFile& specimen, const Protocol& protocol,
                                    const Environment& environment, const Rig& rig);
 

@@ -36,7 +36,7 @@ void print_findings(std::ostream& out, const Findings& findings) {
   }
 }
 
-// As docs/cli-json.md promises for this command.
+// The exit codes that docs/cli-json.md promises for this command.
 ExitCode exit_code_of(Health health) {
   return health == Health::ok ? kOk : health == Health::warn ? kFailed : kUsage;
 }
@@ -63,7 +63,7 @@ class DoctorCommand final : public Command {
     const Machine machine = real_machine();
     Findings findings;
     BundleParts parts;
-    std::string daemons_file;  // empty: no daemon says what it has
+    std::string daemons_file;  // empty: no daemon has named its database
     findings.push_back(look_at_daemon(context, parts, findings, daemons_file));
     look_at_service(machine, findings);
     findings.push_back(look_at_group("lcrig"));
@@ -84,7 +84,7 @@ class DoctorCommand final : public Command {
   }
 
  private:
-  // The instruments as the daemon knows them; without a daemon nobody opens their ports.
+  // The instruments as the daemon sees them. Without a daemon nobody opens their ports.
   Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings,
                          std::string& its_file) {
     const std::string mend =
@@ -156,7 +156,7 @@ class DoctorCommand final : public Command {
   }
 
   std::string bundle_;
-  std::optional<MeterCorrections> corrections_;  // as the meter says now
+  std::optional<MeterCorrections> corrections_;  // what the meter answers now
   bool ask_ = false, with_data_ = false;
 };
 

@@ -60,7 +60,7 @@ class LcrCorrectCommand final : public Command {
         "if it is accepted, the meter measures at all its frequencies: up to two minutes");
     constexpr Duration kLongest = std::chrono::seconds(200);
     auto answer = client->call("lcr.correct", json{{"kind", word_}}, kLongest);
-    signals.take();  // else it ends this process before it said anything
+    signals.take();  // unless taken, the signal would end this process before it prints
     if (!answer) return not_made(context, answer.error());
     auto meter = corrections_in(*answer);
     if (!meter) return meter.error();
@@ -129,7 +129,8 @@ Outcome<std::vector<MeterCorrections>> stored(const Context& context) {
   auto path = context.db_path();
   if (!path) return path.error();
   std::error_code ignored;
-  // Nobody has made one yet; a person who names a database has mistyped it.
+  // A missing default database is normal at first. A missing database that a person named is a
+  // mistake, and opening it reports that.
   if (context.global.db.empty() && !std::filesystem::exists(*path, ignored)) {
     return std::vector<MeterCorrections>();
   }
@@ -140,7 +141,7 @@ Outcome<std::vector<MeterCorrections>> stored(const Context& context) {
   return *meters;
 }
 
-// Without a daemon, and in a run, the database still tells when they were made.
+// Without a daemon, or during a run, the database still tells when the corrections were made.
 Outcome<ExitCode> lcr_show(Context& context, const std::string&) {
   auto meters = stored(context);
   if (!meters) return meters.error();

@@ -27,15 +27,15 @@ using nlohmann::json;
 namespace {
 
 constexpr double kTolerances[] = {1e-3, 1e-2,
-                                  0.1};  // of the model, relative; the first that is met
-constexpr std::size_t kLeastWithC0 = 5;  // points that determine modulus, offset and C0
+                                  0.1};  // relative, of the model; the first that is met
+constexpr std::size_t kLeastWithC0 = 5;  // fewest points that determine modulus, offset and C0
 
 struct LevelMean {
   double force_N = 0, capacitance_F = 0;
 };
 
-// Means over the counted readings of each `measure` level, and of the force while they were taken
-// (the target, where the frame does not report one).
+// Means over the counted readings of each `measure` level, and the mean force during them (or the
+// target, where the frame does not report a force).
 Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run) {
   std::vector<LevelMean> means;
   const auto take = [&means](const Statement& row) {
@@ -60,8 +60,8 @@ struct FitData {
   C0Error c0;
 };
 
-// Levels as the analysis has them: drift subtracted, weights by the number of readings. C0 has the
-// error that the analysis finds, slow noise included; where nothing scatters, only its weight.
+// The levels as in the analysis: drift subtracted, weights by the number of readings. C0 has the
+// error that the analysis finds, including slow noise. If nothing scatters, only the weights count.
 std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
                                           const Specimen& specimen) {
   const auto data = load_run_data(db, run);
@@ -101,7 +101,7 @@ Outcome<FitData> fit_data(const Context& context, const Database& db, std::int64
   return out;
 }
 
-// The level whose own estimate of its error allows it; the best there is, when none is good enough.
+// Chooses the cheapest level whose estimated error is small enough, or the best one if none is.
 Result<LevelChoice> choose(const Specimen& specimen, const std::vector<FitPoint>& points) {
   double highest = 1;
   for (const FitPoint& p : points) highest = std::max(highest, p.pressure_Pa);
@@ -113,7 +113,7 @@ Result<LevelChoice> choose(const Specimen& specimen, const std::vector<FitPoint>
   return choice;
 }
 
-// The rig's relative error of pressure. Modulus and offset err in the same proportion.
+// The rig's relative error of pressure. Modulus and offset have the same relative error.
 struct RigError {
   double force_percent = 0, diameter_mm = 0;  // limits
   double relative = 0;  // standard uncertainty of a pressure
@@ -219,7 +219,7 @@ class FitCommand final : public Command {
     if (!chain) return Failure(chain.error(), next_after(chain.error()));
     note_if_changed(context, *chain, id);
     LevelSettings level;
-    double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate
+    double model_error = 0;  // relative, of delta C; not estimated for a level that was asked for
     if (*settings) {
       level = **settings;
     } else {

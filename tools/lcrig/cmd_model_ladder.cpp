@@ -17,7 +17,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// One marker a level, each row tagged with its setting.
+// A picture with one marker for each level; each row is tagged with its setting.
 std::string picture(const Ladder& ladder) {
   plot::Panel panel;
   panel.title = "Time against error of the model's levels";

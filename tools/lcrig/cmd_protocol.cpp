@@ -91,7 +91,7 @@ class CheckCommand final : public Command {
   }
 
  private:
-  // With `--rig` the proposed plan uses the rig as well.
+  // With `--rig` the proposed command uses the rig as well.
   std::string planning(const Context& context) const {
     Words words = rig_ ? Words{"run", protocol_} : Words{"protocol", "plan", protocol_};
     add_options(words, "-p", parameters_);
@@ -100,7 +100,7 @@ class CheckCommand final : public Command {
     return next_command(context.global, words);
   }
 
-  // A specimen is needed: what a rig can do depends on what it presses.
+  // A specimen is required, because what a rig can do depends on what it presses.
   Outcome<json> plan_on_rig(const Context& context) const {
     if (specimen_.empty()) {
       return Failure(kUsage, "lcrig protocol check --rig: --specimen is missing",
@@ -110,11 +110,10 @@ class CheckCommand final : public Command {
     if (!request) return request.error();
     auto client = ControlClient::connect(context);
     if (!client) return unreachable(context, client.error());
-    constexpr auto kPatience = std::chrono::minutes(2);
-    auto plan = client->call("run.plan", to_json(*request), kPatience);
+    auto plan = client->call("run.plan", to_json(*request), kPlanPatience);
     if (plan) return plan;
     Failure refused = plan.error();
-    if (refused.refused_request) {  // the daemon's words are for `lcrig run --dry-run`
+    if (refused.refused_request) {  // the daemon's own words propose `lcrig run --dry-run`
       Words again{"protocol", "check", protocol_};
       add_options(again, "-p", parameters_);
       add_option(again, "--specimen", specimen_);
@@ -124,7 +123,7 @@ class CheckCommand final : public Command {
     return refused_run(context, std::move(refused), *request, protocol_, parameters_);
   }
 
-  // The same without a rig.
+  // Proposes the same check without a rig.
   Failure unreachable(const Context& context, Failure failure) const {
     if (!failure.no_daemon) return failure;
     Words words{"protocol", "plan", protocol_};

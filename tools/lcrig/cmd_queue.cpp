@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "base/text.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
@@ -48,7 +47,7 @@ class QueueAddCommand final : public Command {
   }
 
  private:
-  // One run, or a table of runs.
+  // Checks that either one run or a table of runs is asked for.
   Outcome<bool> check_words() const {
     const auto usage = [](const std::string& what) {
       return Failure(kUsage, "lcrig queue add: " + what, "lcrig queue add --help");
@@ -92,10 +91,10 @@ class QueueAddCommand final : public Command {
     return out;
   }
 
-  // Place and terms.
+  // Adds the place in the queue and the terms.
   Outcome<bool> put_into(json& params, const Context& context) const {
     if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
-    return terms_.put_into(params, context.clock.unix_ns() / 1'000'000'000);
+    return terms_.put_into(params, context.clock.unix_ns() / kSecond_ns);
   }
 
   std::string protocol_, specimen_, operator_, note_;
@@ -136,14 +135,14 @@ class QueueMoveCommand final : public Command {
   PlaceOptions place_;
 };
 
-// A verb that is one call of the daemon.
+// A verb that is a single call of the daemon, and what it takes.
 enum class QueueVerbTakes { nothing, entry, word, why, force };
 struct QueueVerb {
   const char *name, *summary, *example;
-  std::string (*done)(const json& params, const json& answer);  // words for it
+  std::string (*done)(const json& params, const json& answer);  // what to print when it is done
   QueueVerbTakes takes = QueueVerbTakes::nothing;
-  const char* help = "";  // of what it takes
-  const char *next = nullptr, *next_note = "";  // the verb of the queue to type next
+  const char* help = "";  // help for what it takes
+  const char *next = nullptr, *next_note = "";  // the queue verb to propose next
 };
 
 constexpr QueueVerb kQueueRemove{

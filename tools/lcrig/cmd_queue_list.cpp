@@ -77,7 +77,7 @@ void print_batch(std::ostream& out, const json& b) {
              seed.is_number() ? fmt::format(", seed {}", seed.get<std::int64_t>()) : "");
 }
 
-// When it may begin and with what on the rig; nothing of what is not asked for.
+// Prints when the entry may begin and what must be on the rig, as far as this was asked for.
 void print_conditions(std::ostream& out, const json& terms) {
   if (const double rest_s = terms.value("rest_s", 0.0); rest_s > 0) {
     fmt::print(out, "rest        {} since the run before\n", format_time(rest_s));
@@ -85,7 +85,7 @@ void print_conditions(std::ostream& out, const json& terms) {
   for (const auto& [key, words] :
        {std::pair("not_before_unix_s", "not before"), std::pair("not_after_unix_s", "not after")}) {
     if (!terms.contains(key) || !terms.at(key).is_number()) continue;
-    const auto at_ns = terms.at(key).get<std::int64_t>() * 1'000'000'000;
+    const auto at_ns = terms.at(key).get<std::int64_t>() * kSecond_ns;
     fmt::print(out, "{:11} {}\n", words, format_utc(at_ns));
   }
   if (terms.contains("between") && terms.at("between").is_string()) {

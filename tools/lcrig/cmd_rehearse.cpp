@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <tuple>
 
 #include "base/doc_page.hpp"
 #include "base/json_or_null.hpp"
@@ -28,24 +29,23 @@ using nlohmann::json;
 namespace {
 
 json to_json(const RehearseResult& r) {
-  json out{{"run", r.run},
-           {"simulated", true},
-           {"exit_status", to_string(r.exit_status)},
-           {"reason", r.reason},
-           {"lcr_readings", r.lcr_readings},
-           {"measure_readings", r.measure_readings},
-           {"frame_samples", r.frame_samples},
-           {"duration_s", r.duration_s},
-           {"wall_s", r.wall_s},
-           {"db", r.db_path},
-           {"faults_injected", r.faults},
-           {"remarks", r.remarks}};
-  out["anchor"] = r.anchor.empty() ? json() : json(r.anchor);
-  out["code"] = r.code ? json(to_string(*r.code)) : json(nullptr);
-  out["C0_pF"] = json_or_null(r.c0_pF);
-  out["peak_force_N"] = json_or_null(r.peak_force_N);
-  out["delta_C_fF_at_peak"] = json_or_null(r.delta_C_fF_at_peak);
-  return out;
+  return json{{"run", r.run},
+              {"simulated", true},
+              {"exit_status", to_string(r.exit_status)},
+              {"reason", r.reason},
+              {"lcr_readings", r.lcr_readings},
+              {"measure_readings", r.measure_readings},
+              {"frame_samples", r.frame_samples},
+              {"duration_s", r.duration_s},
+              {"wall_s", r.wall_s},
+              {"db", r.db_path},
+              {"faults_injected", r.faults},
+              {"remarks", r.remarks},
+              {"anchor", r.anchor.empty() ? json() : json(r.anchor)},
+              {"code", r.code ? json(to_string(*r.code)) : json(nullptr)},
+              {"C0_pF", json_or_null(r.c0_pF)},
+              {"peak_force_N", json_or_null(r.peak_force_N)},
+              {"delta_C_fF_at_peak", json_or_null(r.delta_C_fF_at_peak)}};
 }
 
 void print_text(Console& console, const RehearseResult& r) {
@@ -188,17 +188,14 @@ class RehearseCommand final : public Command {
       if (!bench) return bench.error();
       if (*bench) out.bench_text = std::move((*bench)->text);
     }
-    if (!faults_.empty()) {
-      auto text = read_text_file(faults_);
-      if (!text) return Failure(text.error(), "give another --faults");
-      out.faults_name = faults_;
-      out.faults_text = std::move(*text);
-    }
-    if (!answers_.empty()) {
-      auto text = read_text_file(answers_);
-      if (!text) return Failure(text.error(), "give another --answers");
-      out.answers_name = answers_;
-      out.answers_text = std::move(*text);
+    out.faults_name = faults_;
+    out.answers_name = answers_;
+    for (const auto& [option, file, text] :
+         {std::tuple("--faults", &faults_, &out.faults_text),
+          std::tuple("--answers", &answers_, &out.answers_text)}) {
+      if (file->empty()) continue;
+      auto read = keep(read_text_file(*file), *text);
+      if (!read) return Failure(read.error(), fmt::format("give another {}", option));
     }
     out.seed = seed_;
     if (realistic_) out.errors = ErrorScope::everything;
@@ -233,7 +230,7 @@ class RehearseCommand final : public Command {
 
   Failure refused(const Context& context, const Error& error, const RehearseRequest& wanted) const {
     const std::string& db = wanted.db_path;
-    // An empty file becomes a database.
+    // An empty file may become a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
     if (const auto folder = replay_directory(bench_); folder && !std::filesystem::exists(*folder)) {

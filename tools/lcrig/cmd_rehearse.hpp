@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam to the daemon's App (daemon/rehearse.hpp): everything else of the command line does
-// without it, and main.cpp alone names the real functions.
+// The connection to the daemon's App (daemon/rehearse.hpp). Only main.cpp names the real functions.
+// The rest of the command line is built without the daemon.
 #pragma once
 
 #include "base/result.hpp"

@@ -10,6 +10,7 @@
 #include "base/json_or_null.hpp"
 #include "base/text.hpp"
 #include "budget/search.hpp"
+#include "storage/batches.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
@@ -20,10 +21,10 @@ using nlohmann::json;
 
 namespace {
 
-// The runs of a specimen and a protocol with the same parameters.
+// The runs with the same specimen, protocol and parameters.
 struct BatchKind {
   const BatchEntry* row = nullptr;
-  std::vector<std::int64_t> lines;  // of the rows that ask for it
+  std::vector<std::int64_t> lines;  // lines of the rows that ask for it
   std::vector<const RehearsedEntry*> entries;
   std::vector<Prediction> predictions;
   std::string not_predicted;
@@ -52,7 +53,7 @@ std::vector<BatchKind> kinds_of(const BatchRequest& batch, const RehearseBatchRe
   return out;
 }
 
-// The budget's prediction for one run.
+// Predicts one run with the budget.
 void predict(const Context& context, const std::string& bench, BatchKind& kind) {
   const BatchEntry& row = *kind.row;
   const auto refused = [&kind](std::string why) { kind.not_predicted = std::move(why); };
@@ -77,20 +78,19 @@ void predict(const Context& context, const std::string& bench, BatchKind& kind) 
 }
 
 json to_json(const RehearsedEntry& e) {
-  json out{{"position", e.position},
-           {"entry", e.entry},
-           {"line", e.line},
-           {"repeat", e.repeat},
-           {"protocol", e.protocol_name},
-           {"specimen", e.specimen_name},
-           {"state", to_string(e.state)},
-           {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
-           {"reason", e.reason},
-           {"measure_readings", e.measure_readings},
-           {"duration_s", e.duration_s},
-           {"acts", e.acts}};
-  out["run"] = json_or_null(e.run);
-  return out;
+  return json{{"position", e.position},
+              {"entry", e.entry},
+              {"line", e.line},
+              {"repeat", e.repeat},
+              {"protocol", e.protocol_name},
+              {"specimen", e.specimen_name},
+              {"state", to_string(e.state)},
+              {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
+              {"reason", e.reason},
+              {"measure_readings", e.measure_readings},
+              {"duration_s", e.duration_s},
+              {"acts", e.acts},
+              {"run", json_or_null(e.run)}};
 }
 
 json to_json(const BatchKind& k) {
@@ -204,7 +204,7 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
   if (bad == 0) fmt::print(out, "nothing goes wrong\n");
 }
 
-// The same batch on the rig.
+// The command that queues the same batch on the rig.
 std::string queue_command(const Context& context, const BatchRequest& batch,
                           const BatchOptions& options) {
   Words words{"queue", "add", "--batch", options.file()};

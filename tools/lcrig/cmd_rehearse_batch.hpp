@@ -8,7 +8,7 @@
 
 namespace lcrig::cli {
 
-// `request`: everything but the batch. Failure: the daemon's words.
+// `request` has everything except the batch. Failure: in the daemon's words.
 Outcome<ExitCode> rehearse_table(Context& context, const BatchRequest& batch,
                                  RehearseBatchRequest request, const BatchOptions& options);
 

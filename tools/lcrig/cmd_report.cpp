@@ -62,7 +62,7 @@ class ReportCommand final : public Command {
   }
 
  private:
-  // Somebody would send the page under the name of another format.
+  // Refuses the ending of another format, because somebody would pass the page on as such a file.
   Outcome<bool> check_output() const {
     const std::string ending = std::filesystem::path(output_).extension().string();
     for (const char* other : {".pdf", ".csv", ".json", ".png", ".svg", ".txt", ".docx", ".md"}) {
@@ -78,7 +78,7 @@ class ReportCommand final : public Command {
     return true;
   }
 
-  // Before the first of the two is written.
+  // Refuses one name for both outputs, before the first of them is written.
   Outcome<bool> check_files(const std::string& page) const {
     if (!csv_.empty() && page != "-" && is_same_file(page, csv_)) {
       return Failure(kUsage,
@@ -93,7 +93,8 @@ class ReportCommand final : public Command {
     return true;
   }
 
-  // The default name has a number only, and another database has a run of that number, too.
+  // Refuses to replace a report of another database. The default name has only the number of the
+  // run, and another database may have a run with the same number.
   Outcome<bool> check_runs(const std::string& page, const std::vector<ReportRun>& runs) const {
     std::error_code unknown;
     if (!output_.empty() || std::filesystem::file_size(page, unknown) == 0 || unknown) return true;
@@ -131,7 +132,7 @@ class ReportCommand final : public Command {
     return show(context, all, [&](std::ostream& out) { fmt::print(out, "{}\n", file); });
   }
 
-  // A name may have characters that no file has.
+  // The name of a batch may contain characters that a file name cannot.
   std::string batch_file() const {
     std::string out = "report-" + batch_ + ".html";
     std::ranges::replace(out, '/', '_');

@@ -58,7 +58,7 @@ class ResumeCommand final : public Command {
   }
 
  private:
-  // nullopt: no number was typed.
+  // The number that was typed; nullopt: none was.
   Outcome<std::optional<std::int64_t>> named(const GlobalOptions& global) const {
     if (run_.empty() && confirmed_) {
       return Failure(kUsage, "--confirm-specimen is about an interrupted run: RUN is missing",
@@ -71,7 +71,7 @@ class ResumeCommand final : public Command {
                    next_command(global, {"runs"}));
   }
 
-  // The run that may be continued without being named; nullopt: a run goes on, which may be paused.
+  // The run that may be continued without being named. nullopt: a run is going on, possibly paused.
   // Nothing moves before a person has confirmed the specimen.
   static Outcome<std::optional<ResumableRun>> offer(ControlClient& client,
                                                     const GlobalOptions& global) {

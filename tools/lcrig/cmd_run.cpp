@@ -42,14 +42,13 @@ class RunCommand final : public Command {
     if (!client) return unreachable(context, client.error());
     if (next_ && !dry_run_) return queue_first(context, *client, *start);
     if (dry_run_) return show_plan(context, *client, *start);
-    // First, so that nothing of the run is missed.
+    // Watching begins before the run, so that nothing of it is missed.
     if (!detach_) {
       auto watching = client->call("watch", json::object());
       if (!watching) return watching.error();
     }
-    // Instruments are identified and configured before the answer.
-    constexpr auto kPatience = std::chrono::minutes(2);
-    auto started = client->call("run.start", to_json(*start), kPatience);
+    // The daemon identifies and configures the instruments before it answers.
+    auto started = client->call("run.start", to_json(*start), kPlanPatience);
     if (!started) return refused_run(context, started.error(), *start, protocol_, parameters_);
     const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
     return follow(context, *client, signals, run);
@@ -70,7 +69,7 @@ class RunCommand final : public Command {
     return out;
   }
 
-  // The same without a rig.
+  // Proposes the same run without a rig.
   Failure unreachable(const Context& context, Failure failure) const {
     if (!failure.no_daemon) return failure;
     failure.next =
@@ -85,7 +84,7 @@ class RunCommand final : public Command {
     return words;
   }
 
-  // The command that was asked for, without --dry-run.
+  // The command as it was typed, without --dry-run.
   std::string this_run(const Context& context) const {
     Words words = pressing("run");
     add_option(words, "--operator", operator_);
@@ -96,8 +95,7 @@ class RunCommand final : public Command {
   }
 
   Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const RunRequest& start) {
-    constexpr auto kPatience = std::chrono::minutes(2);
-    auto plan = client.call("run.plan", to_json(start), kPatience);
+    auto plan = client.call("run.plan", to_json(start), kPlanPatience);
     if (!plan) return refused_run(context, plan.error(), start, protocol_, parameters_);
     return show(context, *plan, [&](std::ostream& out) {
       print_plan(out, *plan);

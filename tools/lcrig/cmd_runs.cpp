@@ -16,7 +16,6 @@
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/did_you_mean.hpp"
 #include "tools/lcrig/run_database.hpp"
 #include "tools/lcrig/when.hpp"
 
@@ -26,7 +25,7 @@ using nlohmann::json;
 
 namespace {
 
-// Text from a database may hold anything.
+// A text from a database may contain invalid UTF-8, which is replaced.
 std::string dump(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -113,7 +112,7 @@ class RunsListCommand final : public Command {
     return out;
   }
 
-  // A name that no run has is perhaps mistyped.
+  // If no run has the given name, it was perhaps mistyped.
   void say_why_none(const Context& context, const Database& db) const {
     for (const auto& [option, wanted, column] :
          {std::tuple("--specimen", &specimen_, "specimen_name"),
@@ -129,9 +128,8 @@ class RunsListCommand final : public Command {
     }
   }
 
-  static constexpr const char* kCutOffAsTyped = "cut-off";  // kRunCutOff without a blank
-  static constexpr std::int64_t kSecond_ns = 1'000'000'000;
-  static constexpr std::size_t kDay = 10;  // characters; an hour alone means the next one
+  static constexpr const char* kCutOffAsTyped = "cut-off";  // kRunCutOff without the blank
+  static constexpr std::size_t kDay = 10;  // length of a date; a time alone means the next one
   std::string specimen_, protocol_, operator_, status_, tag_, since_;
 };
 
@@ -185,14 +183,14 @@ constexpr OneWord kRunsShow{
     "runs show", "Everything known about a run", "lcrig runs show last", runs_show, kRunWord,
     kWhichRun};
 
-// A change of a run: the number of the run, and the daemon's answer or what `change` returned.
+// A change to a run: its number, and what the daemon answered or `change` returned.
 struct ChangedRun {
   std::int64_t run = 0;
   json answer;
 };
 
-// Makes it in the file, or lets the daemon do so that alone may write into it. `typed`: the
-// command, without options that say where.
+// Makes a change in the database file. If the daemon alone may write into it, the daemon is asked.
+// `typed`: the command, without the options that say where.
 Outcome<ChangedRun> change_run(
     const Context& context, const Words& typed, const std::string& run, const char* method,
     json params, const std::function<Result<json>(Database& db, std::int64_t run)>& change) {

@@ -22,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-// A rehearsal does not look into the daemon's database.
+// Proposes a run if the daemon owns the database, because a rehearsal does not read that one.
 std::string pressing(const Context& context, const ChosenDatabase& db,
                      const std::string& specimen) {
   if (db.daemon_writes) {
@@ -78,7 +78,7 @@ constexpr OneWord kSpecimenAdd{"specimen add",
                                "specimen/1 file"};
 
 Outcome<ExitCode> specimen_list(Context& context, const std::string&) {
-  std::map<std::string, std::string> from;  // name -> where it comes from
+  std::map<std::string, std::string> from;  // from a specimen's name to its source
   for (const auto& s : shipped_specimens()) from[std::string(s.name)] = "shipped";
   for (const auto& f : LibraryPath(context.env).list(LibraryKind::specimen)) {
     from[f.name] = f.path.string();

@@ -65,7 +65,7 @@ std::string instrument_words(const InstrumentState& i) {
   return out;
 }
 
-// `daemon`: the options that name it.
+// `daemon`: the options with which the daemon was found.
 void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions& daemon) {
   fmt::print(out, "lcrigd {}  database {}\n", printable(s.version, kLongestName),
              printable(s.database, kLongestWords));
@@ -74,7 +74,7 @@ void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions&
     fmt::print(out, "{:6} {}  {}{}{}\n", to_string(i.which), instrument_words(i),
                printable(i.port, kLongestWords), identity.empty() ? "" : "  ", identity);
   }
-  // A queue that nobody uses is nothing to read about.
+  // A queue that is not in use is not shown.
   if (s.queue && (s.queue->count > 0 || s.queue->going)) print_queue(out, *s.queue);
   if (s.run) {
     fmt::print(out, "run {}  {} on {}  {}{}\n", s.run->run,
@@ -125,7 +125,7 @@ class StatusCommand final : public Command {
   }
 
  private:
-  // Every outcome is one of the four words.
+  // Every outcome becomes one of the four words of a monitoring program.
   ExitCode check(Context& context) const {
     auto found = look(context);
     const json all{{"check", to_string(found.verdict)}, {"words", found.words}};
@@ -137,7 +137,7 @@ class StatusCommand final : public Command {
   }
 
   StatusCheck look(Context& context) const {
-    // Less than the 10 s that monitoring programs wait by default; instruments take longer to ask.
+    // Less than the 10 s that monitoring programs wait by default; asking instruments takes longer.
     const auto patience = std::chrono::seconds(ask_ ? 60 : 8);
     StatusCheck out;
     auto client = ControlClient::connect_for_any_database(context);
@@ -147,7 +147,7 @@ class StatusCommand final : public Command {
       return out;
     }
     auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), patience);
-    if (!answer && ask_) answer = client->call("status", json::object(), patience);  // in a run
+    if (!answer && ask_) answer = client->call("status", json::object(), patience);  // during a run
     if (!answer) {
       const bool silent = answer.error().no_daemon && !answer.error().not_lcrigd;
       out.verdict = silent ? Verdict::critical : Verdict::unknown;

@@ -18,8 +18,8 @@ namespace {
 struct Verb {
   const char *name, *method, *summary, *example, *done;
   bool takes_why = false;
-  const char* next = nullptr;  // the verb that ends what this one began
-  // A member that names a place in the protocol ("after"), and the help of its option.
+  const char* next = nullptr;  // the verb that ends what this verb began
+  // The parameter that names a place in the protocol ("after"), and the help for its option.
   const char *place = nullptr, *place_help = nullptr;
   bool needs_place = false;
 };
@@ -60,7 +60,7 @@ constexpr Verb kFreeze{"freeze",
 constexpr Verb kConfirm{"confirm", "run.confirm", "Tell the run that what it asked for is done",
                         "lcrig confirm", "confirmed"};
 
-constexpr const char* kWholeRun = "run";  // finished, and the queue ends there
+constexpr const char* kWholeRun = "run";  // the run is finished first, and the queue ends with it
 
 class VerbCommand final : public Command {
  public:
@@ -83,7 +83,7 @@ class VerbCommand final : public Command {
   std::string why_, place_;
 };
 
-// No proposal to rehearse here: the frame has to stop now.
+// Does not propose a rehearsal: the frame has to stop now.
 Failure VerbCommand::unheard(Failure failure) const {
   if (&verb_ == &kConfirm) return without_rehearsal(std::move(failure));
   failure.next =
@@ -91,7 +91,7 @@ Failure VerbCommand::unheard(Failure failure) const {
   return failure;
 }
 
-// Said after the queue was held.
+// What to say after the queue was held.
 std::string end_of_queue(ControlClient& client) {
   const auto status = client.call("status", json::object());
   const bool runs =
@@ -106,8 +106,8 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
         "--after is missing: what is to be finished? (step, level, cycle, repeat, safe_point, run)",
         next_command(context.global, {"stop", "--after", "level"}, "lcrig abort stops at once"));
   }
-  // A stop goes to any daemon, whichever database is meant. A confirmation does not: it may begin a
-  // motion.
+  // A stop goes to any daemon, whichever database is meant. A confirmation does not, because it may
+  // start a motion.
   auto client = &verb_ == &kConfirm ? ControlClient::connect(context)
                                     : ControlClient::connect_to_stop(context);
   if (!client) return unheard(client.error());
@@ -121,7 +121,7 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   client->tell_other_database(context);
   const std::string done = ends_queue ? end_of_queue(*client) : verb_.done;
   return show(context, *answer, [&](std::ostream& out) {
-    // A stop says itself what became of it.
+    // A stop reports its own result.
     const std::string note = answer->value("note", std::string());
     fmt::print(out, "{}\n", note.empty() ? done : printable(note));
     if (verb_.next != nullptr && place_.empty()) {
@@ -150,9 +150,9 @@ class AnswerCommand final : public Command {
     if (value_.empty() && !confirms) return missing(context.global, (*asked)->question);
     AnswerRequest request;
     if (!value_.empty()) request.value = value_;
-    // An answer is never taken for that of another question, which came up meanwhile.
+    // The number keeps the answer from being taken for that of a question which came up meanwhile.
     if (*asked) request.question = (*asked)->number;
-    constexpr auto kPatience = std::chrono::seconds(30);  // it is stored first
+    constexpr auto kPatience = std::chrono::seconds(30);  // the answer is stored first
     auto answer = client->call("run.answer", to_json(request), kPatience);
     if (!answer) return answer.error();
     return show(context, *answer, [&](std::ostream& out) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The base class of all subcommands: what each takes, as data, and what it does. Only parser.cpp
-// knows CLI11.
+// The base class of all subcommands: what each of them takes, as data, and what it does. Only
+// parser.cpp depends on CLI11.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ inline constexpr const char* kUsualBench = "paper";
 
 // Options that every command takes.
 struct GlobalOptions {
-  std::string db, socket, config;  // empty: not given
+  std::string db, socket, config;  // empty: the option was not given
   bool json = false;
 };
 
@@ -36,18 +36,18 @@ enum class Proposes {
   protocol,  // of the library, or a file
   specimen,  // of the library or the database, or a file
   bench,  // of the library, or a file
-  parameter,  // of the protocol that stands before it
+  parameter,  // of the protocol that was typed before it
   run,
-  run_specimen,  // that a run was made with
+  run_specimen,  // a specimen with which a run was made
   run_protocol,
-  operator_name,  // of a run
+  operator_name,  // an operator of some run
   tag,
   batch,
   entry,  // of the queue
   correction,  // of the meter
 };
 
-// What stands for a value in help and manual: "FILE".
+// The word that stands for a value in help and manual, such as "FILE".
 struct Placeholder {
   constexpr Placeholder(const char* w, Proposes p = Proposes::nothing) : word(w), proposes(p) {}
   const char* word;
@@ -59,14 +59,14 @@ inline constexpr Placeholder kRunWord{"RUN", Proposes::run}, kFileWord{"FILE", P
     kParameterWord{"NAME=VALUE", Proposes::parameter}, kEntryWord{"ENTRY", Proposes::entry},
     kTagWord{"TAG", Proposes::tag}, kOperatorWord{"NAME", Proposes::operator_name};
 
-// Where a command declares what it takes. Names as CLI11 writes them ("-p,--parameter"); the
-// variables must live until the command ran.
+// Declares what a command takes. Names are written as for CLI11 ("-p,--parameter"). The variables
+// must exist until the command has run.
 class ArgumentList {
  public:
   virtual ~ArgumentList() = default;
   virtual void positional(Placeholder name, std::string& out, const char* help,
                           bool required = true) = 0;
-  // Any number of them; what is there already stays when none is given.
+  // Any number of words. When none is given, `out` keeps its content.
   virtual void words(Placeholder name, std::vector<std::string>& out, const char* help,
                      bool required = false) = 0;
   virtual void option(const char* names, std::string& out, Placeholder value, const char* help,
@@ -76,7 +76,7 @@ class ArgumentList {
   virtual void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) = 0;
   virtual void number(const char* names, std::function<void(double)> take, const char* metavar,
                       const char* help) = 0;
-  // `T`: double, or an optional of it. Without the option `out` stays as it is.
+  // `T` is double or std::optional<double>. Without the option `out` stays as it is.
   template <class T>
     requires std::is_assignable_v<T&, double>
   void number(const char* names, T& out, const char* metavar, const char* help) {
@@ -88,8 +88,7 @@ class ArgumentList {
   virtual void flag(const char* names, bool& out, const char* help) = 0;
 };
 
-// Answers the words that only the build and the shells use and no help shows; nullopt: a person's
-// command.
+// Answers the hidden words that the build and the shells use. nullopt: it is an ordinary command.
 std::optional<std::string> answer_to_program(const ProcessEnv& env,
                                              const std::vector<std::string>& args);
 
@@ -98,15 +97,15 @@ void declare_global(ArgumentList& list, GlobalOptions& global);
 // The database file of a command.
 struct ChosenDatabase {
   std::string path;
-  // The daemon has this database: only the daemon may write, so commands ask it to. True also of
-  // the service's file while no daemon answers.
+  // The daemon has this database. Only the daemon may write into it, so commands ask the daemon to.
+  // Also true for the service's file while no daemon answers.
   bool daemon_writes = false;
-  // Why the daemon that was named, or whose socket is there, did not say which database it has: it
-  // may be another one. Nothing when the file was named.
+  // Why a daemon did not say which database it has, although it was named or its socket exists. It
+  // may be another database. Empty when the file was named.
   std::optional<Failure> unsure;
 };
 
-// The surroundings of a command. References outlive it.
+// What a command works with. The references must outlive it.
 struct Context {
   Context(Console& c, const ProcessEnv& e, const Clock& k, DaemonParts d)
       : console(c), env(e), clock(k), daemon(d) {}
@@ -116,18 +115,18 @@ struct Context {
   DaemonParts daemon;
   GlobalOptions global;
 
-  // The file that was named: by --db, --config, or, where the command line names no daemon either,
-  // $LCRIG_DB. Else the daemon's; without a daemon the default of ProcessEnv. Asks the daemon once,
-  // and says what a person might not expect.
+  // The file that was named by --db, by --config, or by $LCRIG_DB if the command line names no
+  // daemon. If no file was named: the daemon's, and without a daemon the default of ProcessEnv. The
+  // daemon is asked once. Anything that a person might not expect is printed.
   Outcome<ChosenDatabase> database() const;
-  // For a command that writes. Failure: also unreachable, when `database` would do without the
-  // daemon that was asked; and when somebody records into the file that was named. `typed`: the
-  // words of the command, without options that say where.
+  // For commands that write. Failure: unreachable, if the daemon that was asked for does not answer
+  // (`database` would do without it); or somebody records into the file that was named. `typed`:
+  // the words of the command, without options that say where.
   Outcome<ChosenDatabase> database_to_write(const std::vector<std::string>& typed) const;
   Outcome<std::string> db_path() const;  // of `database`
-  // --socket, else "socket" of --config, else the default of ProcessEnv.
+  // --socket, or else "socket" of --config, or else the default of ProcessEnv.
   Outcome<std::string> socket_path() const;
-  // The file that was named, as for `database`; nullopt: none was.
+  // The file that was named, as for `database`. nullopt: none was named.
   Outcome<std::optional<std::string>> named_db() const;
 
  private:
@@ -149,12 +148,12 @@ class Command {
   const char *const name, *const summary, *const example;
 };
 
-// A command that takes a word or none.
+// A command that takes one word or none.
 struct OneWord {
   const char *name, *summary, *example;
   Outcome<ExitCode> (*run)(Context& context, const std::string& word);
   Placeholder placeholder = "";
-  const char* help = nullptr;  // nullptr: it takes none
+  const char* help = nullptr;  // nullptr: it takes no word
   bool required = true;
 };
 class OneWordCommand final : public Command {
@@ -176,7 +175,7 @@ template <class C>
 std::unique_ptr<Command> make_command() {
   return std::make_unique<C>();
 }
-// The same for a class whose commands are rows of a table.
+// The same for a class of which each row of a table is a command.
 template <class C, const auto& row>
 std::unique_ptr<Command> make_command() {
   return std::make_unique<C>(row);
@@ -185,12 +184,12 @@ std::unique_ptr<Command> make_command() {
 // Every command of `lcrig`, in the order of the help.
 std::vector<std::unique_ptr<Command>> make_commands();
 
-// "name=value" of every -p for this protocol. Failure: usage.
+// Parses the "name=value" of every -p for this protocol. Failure: usage.
 Outcome<ParameterValues> parse_assignments(const std::string& protocol,
                                            const std::vector<std::string>& words);
 std::string login_name();
 
-// Runs the program. `args` without its name. Prints failures; returns the exit code.
+// Runs the program. `args` excludes its name. Prints failures and returns the exit code.
 int run_cli(const std::vector<std::string>& args, Context& context);
 
 }  // namespace lcrig::cli

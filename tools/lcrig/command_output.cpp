@@ -18,7 +18,7 @@ bool is_plain(char c) {
          kPlain.find(c) != std::string_view::npos;
 }
 
-// $'a\nb': only ASCII that shows itself stays.
+// $'a\nb': only printable ASCII stays as it is.
 std::string escaped_for_shell(std::string_view word) {
   std::string out = "$'";
   for (const char c : word) {
@@ -66,7 +66,8 @@ std::string shell_quoted(std::string_view word) {
 void add_option(Words& words, const char* name, const std::string& value) {
   if (value.empty()) return;
   const std::string_view long_name(name);
-  // Behind a blank it would be taken for an option itself. A long name takes it behind a '='.
+  // A value that begins with '-' would be taken for an option. A long name can be joined to it by
+  // '='.
   if (value.size() > 1 && value.front() == '-' && long_name.starts_with("--")) {
     words.push_back(fmt::format("{}={}", long_name, value));
     return;
@@ -103,14 +104,15 @@ std::string next_command(const GlobalOptions& global, const Words& words, std::s
   return note.empty() ? out : fmt::format("{}   ({})", out, note);
 }
 
-// JSON escapes what ASCII has; some terminals also obey U+0080..9F and all reorder text.
+// JSON escapes only ASCII control characters. Some terminals also obey U+0080..9F, and all of them
+// obey characters that reorder text.
 std::string json_line(const nlohmann::json& value) {
   const std::string text = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   std::string safe;
   safe.reserve(text.size() + 1);
   constexpr auto is_plain = [](char c) { return c >= ' ' && c <= '~'; };
   for (std::string_view rest = text; !rest.empty();) {
-    // Nearly everything, so it is taken at once.
+    // Nearly everything is plain, so whole stretches are copied at once.
     const auto plain = std::ranges::find_if_not(rest, is_plain) - rest.begin();
     safe += rest.substr(0, static_cast<std::size_t>(plain));
     rest.remove_prefix(static_cast<std::size_t>(plain));

@@ -33,7 +33,7 @@ std::optional<std::string> answer_to_program(const ProcessEnv& env,
   if (args.empty()) return std::nullopt;
   if (args.front() == "__man") return manual_of_commands();
   if (args.front() != "__complete" || args.size() < 2) return std::nullopt;
-  return complete(env, {args.begin() + 2, args.end()});  // behind "--"
+  return complete(env, {args.begin() + 2, args.end()});  // the words after "--"
 }
 
 void declare_global(ArgumentList& list, GlobalOptions& global) {

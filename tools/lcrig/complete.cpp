@@ -23,23 +23,23 @@ namespace lcrig::cli {
 
 namespace {
 
-// More than anybody reads; the newest.
+// Most names that are proposed, the newest first; nobody reads more.
 constexpr std::int64_t kMostProposed = 100;
 
 struct Candidates {
   std::string files = "none";
-  std::map<std::string, std::string> words;  // and what they are
+  std::map<std::string, std::string> words;  // the word, and what it is
 
   void add(const std::string& word, const std::string& what) { words.emplace(word, what); }
 };
 
-// The command line up to the word that is completed.
+// The command line up to the word that is to be completed.
 struct Typed {
   Command* command = nullptr;
-  std::string group;  // "queue" without its verb
-  bool unknown = false;  // a word that no command begins with
+  std::string group;  // as "queue" without its verb
+  bool unknown = false;  // no command begins with this word
   std::vector<std::string> positionals;
-  const Argument* awaits_value = nullptr;  // the option that the word belongs to
+  const Argument* awaits_value = nullptr;  // the option whose value the word is
   std::string db;
 };
 
@@ -74,7 +74,7 @@ class Completion {
   std::vector<Argument> arguments_;  // of the command
   Typed typed_;
   Candidates candidates_;
-  std::string prefix_;  // what stands before a value: "--db="
+  std::string prefix_;  // what stands before the value in the same word: "--db="
 };
 
 Completion::Completion(const ProcessEnv& env, const std::vector<std::string>& words)
@@ -155,7 +155,7 @@ void Completion::add_commands() {
     const auto first = name.substr(0, space);
     if (typed_.group.empty() && space == std::string::npos) {
       candidates_.add(first, command->summary);
-    } else if (typed_.group.empty()) {  // as the help says it: its verbs
+    } else if (typed_.group.empty()) {  // a group is described by its verbs, as in the help
       auto& what = candidates_.words[first];
       what += (what.empty() ? "" : ", ") + name.substr(space + 1);
     } else if (first == typed_.group) {
@@ -233,7 +233,8 @@ void Completion::add_batches() {
   for (const auto& b : *batches) candidates_.add(b.name, format_utc(b.added_unix_ns));
 }
 
-// `words`: selects names, each with the newest run that has it; an older schema may have none.
+// Adds names from runs. `words` is SQL that selects each name with the newest run that has it. A
+// database of an older schema may have none.
 void Completion::add_of_runs(const std::string& words) {
   const auto db = database();
   if (!db) return;
@@ -268,7 +269,7 @@ void Completion::add_parameters() {
   }
 }
 
-// A daemon is not asked: it might take its time, and completion is for the impatient.
+// The daemon is not asked, because its answer might take too long for a completion.
 std::optional<Database> Completion::database() const {
   auto db = open_read_only(typed_.db.empty() ? env_.default_db().string() : typed_.db);
   if (!db) return std::nullopt;
@@ -279,7 +280,7 @@ std::string Completion::text() const {
   constexpr std::size_t kLongestWhat = 80;
   std::string out = candidates_.files + "\n";
   for (const auto& [word, what] : candidates_.words) {
-    // A line is a word: one with a control character in it cannot be offered.
+    // Each line holds one word, so a word with a control character in it cannot be offered.
     if (printable(word, word.size()) != word) continue;
     out += fmt::format("{}{}\t{}\n", prefix_, word, printable(what, kLongestWhat));
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The streams that all commands write to: results go to `out`, everything else to `err`. No escape
-// code leaves for anything but a terminal.
+// The streams that all commands write to. Results go to `out`, everything else to `err`. Escape
+// codes are sent to terminals only.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@
 
 namespace lcrig::cli {
 
-// How much of a text from outside a person gets to see at once, characters (`printable`); --json
-// and files have all of it.
+// Most characters of a foreign text that are shown to a person (`printable`). --json and files
+// contain the whole text.
 inline constexpr std::size_t kLongestName = 60, kLongestWords = 1000;
 
 struct Console {
@@ -24,22 +24,22 @@ struct Console {
   std::ostream& err;
   bool in_tty = false;  // a person can type
   bool err_tty = false;  // a line can be rewritten
-  bool out_tty = false;  // a terminal shows `out`: a file goes there without escape codes
+  bool out_tty = false;  // `out` is a terminal: files are printed without escape codes
   bool color = false;
   std::function<int()> width;  // columns of the terminal behind `err`
-  // Waits until a person typed a line; nullopt: nobody ever will.
+  // Waits until a person has typed a line. nullopt: there will never be one.
   std::function<std::optional<std::string>()> enter;
 
   void print(const Failure& failure);
-  void note(std::string_view words);  // what a person may want to know; one line of `err`
-  void next(std::string_view command);  // what to type now
+  void note(std::string_view words);  // a remark for the person, one line on `err`
+  void next(std::string_view command);  // proposes the next command
   // Asks a person at a terminal for a line. nullopt: the terminal is gone.
   std::optional<std::string> wait_for_line(std::string_view words);
-  // A file to `out`: byte by byte, unless a terminal would obey some of them.
+  // Prints a file on `out`: byte by byte, unless a terminal would obey some of the bytes.
   void print_file(std::string_view text);
 };
 
-// stdin, stdout and stderr of this process; NO_COLOR and TERM=dumb are obeyed.
+// stdin, stdout and stderr of this process. NO_COLOR and TERM=dumb are respected.
 Console real_console(const ProcessEnv& env);
 
 }  // namespace lcrig::cli

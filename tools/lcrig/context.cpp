@@ -16,7 +16,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// One path of the daemon's configuration; the daemon checks the rest of the file.
+// One path from the daemon's configuration. Checking the rest of the file is the daemon's business.
 Outcome<std::optional<std::string>> configured(const std::string& file, const char* key) {
   auto document = load_json(file);
   if (!document) return Failure(document.error(), "give another --config");
@@ -59,8 +59,8 @@ Outcome<std::optional<std::string>> Context::named_db() const {
   return env.get("LCRIG_DB");
 }
 
-// The default database, when no file was named. Without a daemon, and where none was named, it is
-// surely meant.
+// The default database, for when no file was named and no daemon answered. It is surely the one
+// that is meant if no daemon was named and no socket exists.
 ChosenDatabase Context::without_daemon(const std::string& socket, const Failure& why) const {
   ChosenDatabase out;
   out.path = env.default_db().string();

@@ -24,7 +24,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr auto kTaking = std::chrono::seconds(15);  // of a daemon that takes nobody, or nothing
+constexpr auto kTaking = std::chrono::seconds(15);  // of a daemon that accepts or reads nothing
 
 Failure unreachable(const std::string& path, const std::string& why) {
   Failure out(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
@@ -33,7 +33,7 @@ Failure unreachable(const std::string& path, const std::string& why) {
   return out;
 }
 
-// Words for a connection or a message that nobody takes.
+// Describes a connection that nobody accepts or a message that nobody reads.
 std::string errno_words(int error) {
   if (error == EAGAIN || error == EWOULDBLOCK) return "it takes nothing: it hangs, or is stopped";
   return std::strerror(error);
@@ -46,8 +46,8 @@ Failure no_access(const std::string& path) {
       "sudo adduser $USER lcrig   (then log in again)");
 }
 
-// The command of the daemon's hint does not know which daemon was asked; `where` says it. An older
-// daemon sends words alone.
+// The hint of the daemon. The daemon does not know how it was addressed, so `where` is added to its
+// command. An older daemon sends words only.
 std::string hint_of(const json& data, const std::string& where) {
   Hint hint;
   hint.command = data.value("command", "");
@@ -57,7 +57,7 @@ std::string hint_of(const json& data, const std::string& where) {
   return hint.text(where);
 }
 
-// The daemon's words, the daemon's hint, our exit code.
+// The daemon's message and hint, with the exit code of this program.
 Failure failure_of(const json& error, const std::string& where) {
   Failure out;
   out.what = error.value("message", "the daemon refused without a reason");
@@ -85,7 +85,7 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
   if (method == "status") return wrap(parse_run_status(params));
   if (method == "event") return wrap(parse_run_event(params));
   if (method == "run_ended") return wrap(parse_run_outcome(params));
-  return std::optional<ControlNews>();  // of a newer daemon
+  return std::optional<ControlNews>();  // a message of a newer daemon
 }
 
 }  // namespace
@@ -121,19 +121,19 @@ struct ControlClient::State {
 
   void bound_sending(Duration patience) const;
   Outcome<std::int64_t> send(std::string_view method, const json& params);
-  Outcome<bool> receive();  // what is there now; false: nothing was
+  Outcome<bool> receive();  // what is there now; false: there was nothing
   Outcome<bool> wait(MonoTime end);  // false: time is over
   void say_hint();
   Outcome<json> parse(const std::string& line) const;
   std::optional<json> take_answer(std::int64_t id);
 
   std::string path;
-  std::string where;  // options of the command line
+  std::string where;  // options of the command line that say where
   const Clock& clock;
-  Console* console = nullptr;  // gets kStopByHand, once, at hint_at
+  Console* console = nullptr;  // shows kStopByHand once, at hint_at
   MonoTime hint_at{};
   int fd = -1;
-  int leave_fd = -1;  // readable: whoever waits leaves; -1: nothing does that
+  int leave_fd = -1;  // when readable, waiting ends; -1: never
   std::int64_t last_id = 0;
   std::string in;
   std::deque<json> backlog;
@@ -233,7 +233,7 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
   path.copy(address.sun_path, path.size());
   state->fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (state->fd < 0) return unreachable(path, std::strerror(errno));
-  // Bounds `connect`, too, which waits for a daemon that accepts nobody.
+  // Limits `connect`, too, which would wait for a daemon that accepts nobody.
   state->bound_sending(patience);
   if (::connect(state->fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     if (errno == EACCES || errno == EPERM) return no_access(path);
@@ -327,7 +327,7 @@ Outcome<json> ControlClient::call(std::string_view method, const json& params, D
     if (!in_time) return in_time.error();
     state_->say_hint();
     if (!*in_time && !hints) {
-      // It is there, so nobody is told how to do without.
+      // The daemon is there, so do not propose to do without one.
       Failure silent = unreachable(
           state_->path, fmt::format("{}: no answer in {:.6g} s", method, to_seconds(timeout)));
       silent.next = "systemctl status lcrigd";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line's end of the control socket, for every command that talks to lcrigd. Blocking;
-// one thread.
+// The command line's end of the control socket, for every command that talks to lcrigd. It blocks;
+// use it from one thread.
 #pragma once
 
 #include <memory>
@@ -23,55 +23,60 @@ struct ControlAnswer {
 };
 using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
 
-// The command to type when no daemon answers: it looks for the daemon, or rehearses instead.
+// For a call that plans a run: it may have to wait for the instruments first.
+inline constexpr Duration kPlanPatience = std::chrono::minutes(2);
+
+// The command to propose when no daemon answers: it looks for the daemon, or rehearses instead.
 std::string without_daemon(const std::string& rehearsal);
-// The same for a command that only a daemon can do: nothing is rehearsed instead.
+// The same for a command that needs a daemon, so that a rehearsal is no substitute.
 Failure without_rehearsal(Failure failure);
 // "run 12, dynamic-cycles on paper-1, in step load"
 std::string words_of(const ResumableRun& run);
 
-// Also of files that are not there yet.
+// Works for files that do not exist yet, too.
 bool is_same_file(const std::string& a, const std::string& b);
 
-// For whom a stop was not answered.
+// For a person whose stop was not answered.
 inline constexpr const char* kStopByHand =
     "no answer yet: if the frame moves, stop it at the machine (E-stop)";
 
 class ControlClient {
  public:
-  // `clock` outlives the client. Failure: unreachable, with what to do about it. `patience`: of a
-  // daemon that takes no new client, or nothing that is sent.
+  // `clock` must outlive the client. Failure: unreachable, with what to do about it. `patience`
+  // limits the wait for a daemon that accepts no client, or reads nothing.
   static Outcome<ControlClient> connect(const std::string& path, const Clock& clock,
                                         Duration patience = std::chrono::seconds(15));
-  // As its options say. Failure: also usage, when --db names another database than the daemon's,
-  // which is the only one that it writes into.
+  // Connects as the options of the command line say. Failure: also usage, when --db names another
+  // database than the daemon's, because the daemon writes only into its own.
   static Outcome<ControlClient> connect(const Context& context);
-  // For who stops the frame, and who only looks: these are answered first, and told then.
+  // For those who stop the frame or only look: they are served first, and then told of another
+  // --db.
   static Outcome<ControlClient> connect_for_any_database(
       const Context& context, Duration patience = std::chrono::seconds(15));
-  // For who stops the frame: as the last, and whoever waits is told once how to stop it by hand.
+  // For those who stop the frame: as above, and while they wait they are told once how to stop it
+  // by hand.
   static Outcome<ControlClient> connect_to_stop(const Context& context);
   void tell_other_database(const Context& context);
-  // From now on `call` fails as interrupted when `fd` becomes readable (StopSignals), which
-  // outlives the calls.
+  // From now on `call` fails as interrupted when `fd` (of StopSignals) becomes readable. It must
+  // outlive the calls.
   void leave_on(int fd);
   ControlClient(ControlClient&&) noexcept;
   ~ControlClient();
 
-  // An absolute path. Failure: nobody answered in time, or not with a path.
+  // The daemon's database, an absolute path. Failure: no answer in time, or it is not a path.
   Outcome<std::string> database(Duration patience = std::chrono::seconds(15));
-  // "--db x.db: the daemon at ... has another database, ..."; "" when it is the daemon's.
+  // "--db x.db: the daemon at ... has another database, ..."; "" when it is the daemon's own.
   Outcome<std::string> other_database(const std::string& named, const char* named_by = "--db");
 
-  // Waits for the answer; what else arrives meanwhile is kept for `take`.
+  // Waits for the answer. Other messages that arrive meanwhile are kept for `take`.
   Outcome<nlohmann::json> call(std::string_view method, const nlohmann::json& params,
                                Duration timeout = std::chrono::seconds(15));
-  // Does not wait: the answer comes out of `take`.
+  // Sends without waiting. `take` will return the answer.
   Outcome<std::int64_t> post(std::string_view method, const nlohmann::json& params);
-  // The next thing that arrived, without waiting for one. Failure: unreachable, when the daemon
-  // closed the connection.
+  // The next message that has arrived; does not wait. Failure: unreachable, when the daemon closed
+  // the connection.
   Outcome<std::optional<ControlNews>> take();
-  int fd() const;  // readable when `take` may have something new
+  int fd() const;  // readable when `take` may have a message
 
  private:
   struct State;
@@ -79,7 +84,7 @@ class ControlClient {
   std::unique_ptr<State> state_;
 };
 
-// One call of the daemon that `connect` finds.
+// Makes one call to the daemon that `connect` finds.
 Outcome<nlohmann::json> call_daemon(const Context& context, std::string_view method,
                                     const nlohmann::json& params,
                                     Duration timeout = std::chrono::seconds(15));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proposals of the command line for a word that it does not know. Used by the parser and the lookup
-// of library files.
+// Proposals for a word that the command line does not know. Used by the parser, by the lookup of
+// library files and by `lcrig runs`.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace lcrig::cli {
 
-// "; did you mean '--seed'?" of an option: its unit is never guessed. "; it is --frequency-Hz, in
+// For an option: "; did you mean '--seed'?". A unit is never guessed: "; it is --frequency-Hz, in
 // Hz".
 std::string did_you_mean_option(std::string_view typed, const std::vector<std::string>& known);
 // "a, b, c"

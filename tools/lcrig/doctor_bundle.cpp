@@ -35,7 +35,7 @@ std::string versions() {
                      kernel.release, kernel.machine, release ? *release : "");
 }
 
-// The newest of them. Those of runs hold every measured value; those of looks do not.
+// The newest wire logs. Those of runs contain every measured value; those of looks do not.
 std::vector<fs::path> newest_logs(const std::string& directory, bool of_runs) {
   constexpr std::size_t kMost = 4;
   std::vector<std::pair<fs::file_time_type, fs::path>> logs;
@@ -51,7 +51,7 @@ std::vector<fs::path> newest_logs(const std::string& directory, bool of_runs) {
   return out;
 }
 
-// A folder that goes away again with all that is in it.
+// A folder that is removed with everything in it at the end.
 class ScratchFolder {
  public:
   static Outcome<ScratchFolder> beside(const std::string& file) {
@@ -76,7 +76,7 @@ class ScratchFolder {
 
 constexpr const char* kMakeRoom = "df -h; free some space, or name a file on another disk";
 
-// It can be read, so a copy that failed could not be written.
+// True if the database is readable. If copying failed nevertheless, the copy could not be written.
 bool is_sound(const std::string& database) {
   const auto db = open_read_only(database);
   if (!db) return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the file of `lcrig doctor --bundle`: what a person needs who looks for a fault elsewhere,
-// as one .tar.gz.
+// Writes the file of `lcrig doctor --bundle`, one .tar.gz: everything that somebody elsewhere needs
+// to find a fault.
 #pragma once
 
 #include <string>
@@ -14,12 +14,12 @@ struct BundleParts {
   std::string findings_json, status_json;  // empty: not known
   std::string config_file, database;
   std::string wire_log_directory;
-  // A copy of the database, the wire logs of runs, and the journal with its numbers.
+  // Include a copy of the database, the wire logs of runs, and the journal with its numbers.
   bool with_data = false;
 };
 
-// Only its owner may read it. Failure: `file` is there already, or something cannot be written;
-// then nothing is left behind. What cannot be read is left out and told to the console.
+// Only the owner may read the file. Parts that cannot be read are left out, and the console says
+// so. Failure: `file` exists already, or something cannot be written; nothing is left behind then.
 Outcome<void> write_bundle(Console& console, const Machine& machine, const std::string& file,
                            const BundleParts& parts);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The finding about the corrections of the meter: whether they are on, and how old they are.
+// Checks the corrections of the meter: whether they are on, and how old they are.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,12 +12,12 @@ namespace lcrig::cli {
 
 namespace {
 
-// No paper of the meter says how long one is good. A month is what a lab remembers.
+// No document of the meter says how long a correction is good. A lab remembers about a month.
 constexpr std::int64_t kOldFrom_days = 30;
 
 struct Known {
   MeterCorrections meter;
-  std::string from;  // how that is known
+  std::string from;  // where this knowledge comes from
 };
 
 struct LastRun {
@@ -25,8 +25,8 @@ struct LastRun {
   std::string correction;
 };
 
-// What was made since was read back as on: `then` did not know of it. No clock decides, as one may
-// have been wrong.
+// A correction that was made since then was read back as on, and `then` did not know it. The times
+// are not compared, because a clock may have been wrong.
 void turn_on_what_is_new(MeterCorrections& meter, MeterCorrections then) {
   for (const auto kind : {CorrectionKind::open, CorrectionKind::short_circuit}) {
     CorrectionState& state = meter.of(kind);

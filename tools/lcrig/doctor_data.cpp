@@ -10,7 +10,6 @@
 #include "storage/chain.hpp"
 #include "storage/database.hpp"
 #include "storage/queue.hpp"
-#include "storage/room.hpp"
 #include "storage/writer_lock.hpp"
 #include "tools/lcrig/console.hpp"
 #include "tools/lcrig/doctor.hpp"
@@ -20,8 +19,6 @@ namespace lcrig::cli {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr double kDay_ns = 86400e9;
 
 Result<double> size_of(const Database& db) {
   auto pages = db.integer("PRAGMA page_count");
@@ -36,7 +33,7 @@ Finding unreadable(const Error& error) {
           doc_page("troubleshooting") + ", \"The data\""};
 }
 
-// Reading a large file takes minutes.
+// Reading a large file takes minutes, so only small ones are checked.
 Finding look_at_pages(const Database& db, double bytes) {
   constexpr double kQuick = 500e6;
   const auto size = fmt::format("{}: {:.1f} MB", printable(db.path()), bytes / 1e6);
@@ -52,7 +49,7 @@ Finding look_at_pages(const Database& db, double bytes) {
           "stop lcrigd, and restore a backup: lcrig restore --help"};
 }
 
-// "frequency_Hz 1000.0, level_V 1.0"; empty: nothing is in it.
+// "frequency_Hz 1000.0, level_V 1.0"; empty if the object is empty.
 std::string listed(const std::string& object) {
   using nlohmann::json;
   const json all = json::parse(object, nullptr, false);
@@ -95,7 +92,7 @@ void look_at_database(const Database& db, Findings& findings) {
   }
 }
 
-// How long its disk lasts, when it grows as it did since the first run.
+// How long the disk will last if the database keeps growing as it has since the first run.
 Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   constexpr double kLeast = 200e6, kDaysToAct = 30;
   const std::string mend =
@@ -112,7 +109,7 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   auto words =
       fmt::format("{:.1f} GB are free for {:.3f} GB of database", free_bytes / 1e9, *bytes / 1e9);
   if (free_bytes < kLeast) return {"disk", Health::bad, words, mend};
-  const double days = static_cast<double>(now_unix_ns - *first) / kDay_ns;
+  const double days = static_cast<double>(now_unix_ns - *first) / static_cast<double>(kDay_ns);
   if (*first == 0 || days < 1) return {"disk", Health::ok, words};
   const double left_days = free_bytes / (*bytes / days);
   constexpr double kMostDays = 3650;
@@ -126,25 +123,19 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
 }
 
 Finding look_at_plans(const Database& db) {
-  const auto has_queue =
-      db.integer("SELECT count(*) FROM sqlite_master WHERE name = 'queue_entry'");
-  if (!has_queue) return unreadable(has_queue.error());
-  std::int64_t planned = 0;  // a file of an older lcrig has no queue
-  if (*has_queue > 0) {
-    const auto bytes = planned_bytes(db);
-    if (!bytes) return unreadable(bytes.error());
-    planned = *bytes;
-  }
+  // A database of an older lcrig has no queue.
+  const auto planned = read_if(has_table(db, "queue_entry"), [&db] { return planned_bytes(db); });
+  if (!planned) return unreadable(planned.error());
   std::error_code unknown;
   const auto folder = fs::absolute(db.path(), unknown).parent_path();
   const auto space = fs::space(folder, unknown);
   if (unknown) {
     return {"disk for plans", Health::warn, "the free space is not known", "df -h"};
   }
-  const double needed = static_cast<double>(planned) + static_cast<double>(kStaysFree_bytes);
+  const double needed = static_cast<double>(*planned) + static_cast<double>(kStaysFree_bytes);
   const auto words = fmt::format(
       "what waits in the queue needs {:.1f} MB, {:.1f} MB have to stay free, {:.1f} MB are free",
-      static_cast<double>(planned) / 1e6, static_cast<double>(kStaysFree_bytes) / 1e6,
+      static_cast<double>(*planned) / 1e6, static_cast<double>(kStaysFree_bytes) / 1e6,
       static_cast<double>(space.available) / 1e6);
   if (static_cast<double>(space.available) >= needed) {
     return {"disk for plans", Health::ok, words};
@@ -178,7 +169,8 @@ void look_at_meter_settings(const Database& db, Findings& findings) {
 
 namespace {
 
-// False also when it may not be seen what the process has open.
+// True if the process has a file of this name open that is no longer this file. Also false if the
+// open files of the process cannot be seen.
 bool has_other_file_open(const Machine& machine, int pid, const std::string& file) {
   bool seen = false;
   std::error_code unknown;

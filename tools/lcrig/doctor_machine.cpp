@@ -24,7 +24,7 @@ struct ClosePipe {
   void operator()(std::FILE* pipe) const { ::pclose(pipe); }
 };
 
-// A command that hangs is given up after ten seconds.
+// A command that hangs is ended after ten seconds.
 std::optional<std::string> output_of(const std::vector<std::string>& words) {
   std::string line = "timeout 10";
   for (const auto& word : words) line += " " + shell_quoted(word);
@@ -47,7 +47,7 @@ std::optional<bool> kernel_clock() {
   return told != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
 }
 
-// "KEY=value" of `systemctl show`.
+// The value of a "KEY=value" line of `systemctl show`.
 std::string property(const std::string& shown, const std::string& key) {
   std::istringstream lines(shown);
   for (std::string line; std::getline(lines, line);) {
@@ -85,7 +85,7 @@ Finding look_at_clock(const Machine& machine) {
           "sudo timedatectl set-ntp true, or install chrony"};
 }
 
-// Since the computer was started.
+// Steal time since the computer was started.
 Finding look_at_steal(const Machine& machine) {
   const auto ticks = read_processor_ticks(machine.root / "proc/stat");
   if (!ticks || ticks->all <= 0) {
@@ -100,7 +100,7 @@ Finding look_at_steal(const Machine& machine) {
           "use a real computer for measurements"};
 }
 
-// How late this program is woken; the daemon is no better off.
+// How late this program is woken. The daemon is woken no better.
 Finding look_at_lateness(const Clock& clock) {
   constexpr int kTimes = 50, kWait_ms = 10;
   Duration worst{};

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <set>
 
 #include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
@@ -44,7 +43,7 @@ bool has_usb_ids(const fs::path& device, const std::string& vendor, const std::s
   return false;
 }
 
-// "serial:2184:005f" -> "/dev/ttyUSB0"; a path as it is; "" when no such thing is plugged in.
+// "serial:2184:005f" -> "/dev/ttyUSB0". A path stays as it is. "": no such device is plugged in.
 std::string node_of(const Machine& machine, const std::string& port) {
   std::string rest = port.starts_with("serial:") ? port.substr(7) : port;
   if (rest.starts_with('/')) return rest;
@@ -61,9 +60,12 @@ std::string node_of(const Machine& machine, const std::string& port) {
   return "";
 }
 
+struct Holder {
+  std::string program, process;  // "minicom", "123"
+};
 struct Holders {
-  std::vector<std::string> names;  // "minicom (process 123)"
-  bool all_seen = true;  // false: of some processes it cannot be told
+  std::vector<Holder> all;
+  bool all_seen = true;  // false: the open files of some processes cannot be seen
 };
 
 bool holds(const fs::path& process, const fs::path& node, bool& all_seen) {
@@ -83,13 +85,12 @@ Holders holders_of(const Machine& machine, const fs::path& node) {
     const auto pid = process.path().filename().string();
     if (!std::ranges::all_of(pid, is_digit)) continue;
     if (!holds(process.path(), node, out.all_seen)) continue;
-    out.names.push_back(
-        fmt::format("{} (process {})", printable(first_line(process.path() / "comm")), pid));
+    out.all.push_back({first_line(process.path() / "comm"), pid});
   }
   return out;
 }
 
-// Whether members of the service's groups may open it.
+// Tells whether members of the service's groups may open the port.
 Finding look_at_rights(const std::string& about, const fs::path& node, const struct ::stat& there) {
   const auto* const group = ::getgrgid(there.st_gid);
   const std::string name = group != nullptr ? group->gr_name : std::to_string(there.st_gid);
@@ -122,13 +123,14 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
   findings.push_back(look_at_rights(about, named, there));
   std::error_code unknown;
   const auto holders = holders_of(machine, fs::canonical(path, unknown));
-  for (const auto& holder : holders.names) {
-    const bool ours = holder.starts_with("lcrigd ");
+  for (const auto& holder : holders.all) {
+    const bool ours = holder.program == "lcrigd";
     findings.emplace_back(about, ours ? Health::ok : Health::bad,
-                          fmt::format("{}: {} has it open", printable(named), holder),
+                          fmt::format("{}: {} (process {}) has it open", printable(named),
+                                      printable(holder.program), holder.process),
                           ours ? "" : "end that program");
   }
-  if (holders.names.empty()) {
+  if (holders.all.empty()) {
     findings.emplace_back(about, Health::ok,
                           fmt::format("{}: nobody has it open{}", printable(named),
                                       holders.all_seen ? "" : " of those whom you may look at"));
@@ -140,7 +142,7 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
 std::optional<RigConfig> look_at_config(const std::string& file, Findings& findings) {
   constexpr const char* kMend = "lcrig config check says what is wrong in it";
   if (::access(file.c_str(), R_OK) != 0) {
-    const std::string why = std::strerror(errno);  // before anything else looks at files
+    const std::string why = std::strerror(errno);  // saved before another system call changes errno
     findings.emplace_back("config", Health::warn, fmt::format("{}: {}", printable(file), why),
                           doc_page("lab-setup") + ", \"Service\"; or --config FILE");
     return std::nullopt;
@@ -176,7 +178,7 @@ void look_at_ports(const Machine& machine, const RigConfig& config, Findings& fi
   look_at_port(machine, "frame's port", config.frame_port, findings);
 }
 
-// A driver that is built into the kernel has its folder there, too.
+// A driver that is built into the kernel has a folder there, too.
 void look_at_modules(const Machine& machine, const RigConfig& config, Findings& findings) {
   if (!is_serial(config.meter_port) && !is_serial(config.frame_port)) return;
   std::string missing;

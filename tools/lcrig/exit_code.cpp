@@ -28,7 +28,7 @@ ExitCode exit_code_of_run(ExitStatus status, std::optional<Errc> code) {
   if (status == ExitStatus::abort) return kStopped;
   if (status == ExitStatus::stopped) return kStoppedEarly;
   if (!code) return kFailed;
-  // A run that could not be planned under the instruments' true capabilities.
+  // The run could not be planned with the true capabilities of the instruments.
   if (*code == Errc::invalid_request) return kProtocol;
   return exit_code_of(*code);
 }

@@ -81,7 +81,7 @@ class Follower {
     return FollowEnd{.run = std::move(*ended_), .interrupted = stops_ > 0};
   }
 
-  // Milliseconds until a stop counts as not answered; -1 when no stop waits.
+  // Milliseconds until a stop counts as not answered. -1: no stop is waiting.
   int stop_ms() const {
     if (!hint_at_) return -1;
     const auto left = *hint_at_ - context_.clock.now();
@@ -120,8 +120,8 @@ class Follower {
   }
   void on(const RunEventNote& note) {
     if (!ours(note.run)) return;
-    // Steps are in the live line, requests end in a state, and figures are for those who look at
-    // the run afterwards; the rest is worth a line of its own.
+    // These events are not printed: steps are in the live line, requests end in a state, and
+    // figures are for those who study the run afterwards.
     constexpr std::array<EventKind, 11> kQuiet{
         EventKind::step_begin, EventKind::step_end, EventKind::state,    EventKind::request,
         EventKind::plan,       EventKind::watch,    EventKind::rest,     EventKind::motion,
@@ -134,7 +134,7 @@ class Follower {
   }
   void on(const ControlAnswer& answer) {
     if (!answer.failure) return;
-    prompted_ = prompted_ || question_;  // an answer that does not fit is typed again
+    prompted_ = prompted_ || question_;  // an answer that was refused can be typed again
     line_.say("lcrig: " + printable(answer.failure->what, kLongestWords));
   }
 
@@ -153,7 +153,7 @@ class Follower {
     return client_.post("run.abort", params);
   }
 
-  // Words for a person who leaves while the run goes on.
+  // What to tell a person who leaves while the run goes on.
   const char* left_behind() const {
     if (options_.owner) return "the run is still being stopped";
     return run_ > 0 || options_.run > 0 ? "the run goes on" : "no run was going on";
@@ -171,7 +171,7 @@ class Follower {
     if (end == typed_.npos && typed_.size() <= kAnswerMax) return 0;
     const std::string line = typed_.substr(0, end);
     typed_.clear();
-    if (!std::exchange(prompted_, false)) return 0;  // one Enter, one confirmation
+    if (!std::exchange(prompted_, false)) return 0;  // one Enter gives one confirmation
     if (!question_) return client_.post("run.confirm", json::object());
     const AnswerRequest answer{.value = line, .question = question_->number};
     return client_.post("run.answer", to_json(answer));
@@ -187,13 +187,13 @@ class Follower {
   int stops_ = 0;
   std::optional<MonoTime> hint_at_;
   bool prompted_ = false;
-  std::optional<OpenQuestion> question_;  // of the prompt; none: it is confirmed
+  std::optional<OpenQuestion> question_;  // question of the prompt; none: the prompt is confirmed
   std::string typed_;  // since the last Enter
   bool typing_ = options_.owner && context_.console.in_tty;
 };
 
-// Options with which a command finds the run: of another file that $LCRIG_DB names, a run of the
-// same number may be there.
+// Options with which a command finds this run. $LCRIG_DB may name another file, in which another
+// run has the same number.
 GlobalOptions where_recorded(const Context& context, ControlClient& client) {
   const auto named = context.named_db();
   if (!named || !*named) return context.global;
@@ -238,7 +238,7 @@ ExitCode print_run_end(Context& context, ControlClient& client, const RunOutcome
                e.simulated ? " (simulated)" : "");
     fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
-    // Whole, because it is what a person keeps.
+    // Printed whole, because a person keeps it.
     if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor));
     context.console.next(
         next_command(where_recorded(context, client), {"export", std::to_string(e.run)}));

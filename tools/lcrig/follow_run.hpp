@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows a run of the daemon until it ends; Enter confirms or answers, Ctrl-C stops.
+// Shows a run of the daemon until it ends: Enter confirms or answers, Ctrl-C stops. Used by `lcrig
+// run` and `lcrig watch`.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +11,23 @@
 namespace lcrig::cli {
 
 struct FollowOptions {
-  std::int64_t run = 0;  // 0: whichever goes on
-  // `lcrig run`: Enter confirms a prompt or sends the answer before it, the first Ctrl-C aborts the
-  // run and waits for its end, the second one leaves. Otherwise (`lcrig watch`) Ctrl-C just leaves.
+  std::int64_t run = 0;  // 0: whichever run goes on
+  // True for `lcrig run`: Enter confirms a prompt, or sends the answer typed before it. The first
+  // Ctrl-C aborts the run and waits for its end, the second one leaves. False for `lcrig watch`:
+  // Ctrl-C leaves and does nothing else.
   bool owner = false;
 };
 
-// SIGINT and SIGTERM become readable instead of deadly while this lives.
+// While it lives, SIGINT and SIGTERM do not end the process but make `fd` readable.
 class StopSignals {
  public:
-  // With `hangup` a terminal that is closed stops, too; what the daemon does goes on without one.
+  // With `hangup` a closed terminal stops, too. Work of the daemon goes on without a terminal.
   explicit StopSignals(bool hangup = false);
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
   int fd() const { return fd_; }
-  int take();  // one that is pending; 0: none is
+  int take();  // a pending signal; 0: there is none
 
  private:
   bool hangup_;
@@ -34,13 +36,13 @@ class StopSignals {
 
 struct FollowEnd {
   RunOutcome run;
-  bool interrupted = false;  // by a signal to this process
+  bool interrupted = false;  // left because of a signal to this process
 };
 
-// `client` has called `watch`. Failure: unreachable; interrupted, when left before the end.
+// `client` must have called `watch`. Failure: unreachable; interrupted, when left before the end.
 Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,
                               FollowOptions options);
-// Summary (or the JSON line) of a run that ended, and where to find it.
+// Prints the summary (or the JSON line) of a run that ended, and where to find the run.
 ExitCode print_run_end(Context& context, ControlClient& client, const RunOutcome& ended);
 
 }  // namespace lcrig::cli

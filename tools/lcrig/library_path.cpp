@@ -26,7 +26,7 @@ struct KindRow {
   const char* noun;
   const char* folder;  // below $LCRIG_DATA and the installed data directory
   const char* source;  // in the source tree
-  std::string_view format;  // prefix of "format" in the file
+  std::string_view format;  // how "format" begins in the file
   const char* list_command;
 };
 
@@ -43,16 +43,16 @@ ExitCode code_of(LibraryKind kind) {
   return kind == LibraryKind::protocol ? kProtocol : kFailed;
 }
 
-// A folder may hold several kinds of files.
+// A folder may hold files of several kinds, which "format" distinguishes.
 bool has_format(const fs::path& path, std::string_view prefix) {
   auto document = load_json(path.string());
-  if (!document) return true;  // broken: shown by name, refused with the reason when used
+  if (!document) return true;  // a broken file is listed, and refused with the reason when used
   const JsonReader reader(*document);
   if (!reader.is_object() || !reader.has("format") || !reader.at("format").is_string()) return true;
   return reader.string("format").starts_with(prefix);
 }
 
-// "static-frame.json", where nobody has such a file, is meant for what ships.
+// True if "static-frame.json" was typed, no such file exists, and the library has that name.
 bool is_shipped(const LibraryPath& library, LibraryKind kind, const fs::path& path) {
   std::error_code ignored;
   if (fs::exists(path, ignored)) return false;
@@ -61,8 +61,8 @@ bool is_shipped(const LibraryPath& library, LibraryKind kind, const fs::path& pa
   });
 }
 
-// A specimen says its own name, by which runs and reports call it; of a broken file that of the
-// file will do.
+// Loads a file. A specimen gives its own name, which runs and reports use. A broken file goes by
+// its file name.
 Outcome<LibraryFile> load(LibraryKind kind, const fs::path& path) {
   LibraryFile file;
   file.name = path.stem().string();
@@ -75,7 +75,7 @@ Outcome<LibraryFile> load(LibraryKind kind, const fs::path& path) {
   return file;
 }
 
-// The source tree of a build tree, which may be anywhere; empty: that is no build tree.
+// The source tree of a build tree, which may be anywhere. Empty: `build` is not a build tree.
 fs::path source_of(const fs::path& build) {
   constexpr std::string_view kKey = "CMAKE_HOME_DIRECTORY:INTERNAL=";
   std::ifstream cache(build / "CMakeCache.txt");
@@ -85,13 +85,13 @@ fs::path source_of(const fs::path& build) {
   return {};
 }
 
-// Names of the database; `wanted` becomes the text of `what` when it is there.
+// The names in the database. If `what` is among them, `wanted` gets its text.
 Outcome<std::vector<std::string>> look_in_database(const std::string& db_path,
                                                    const std::string& what, LibraryFile& wanted) {
   std::vector<std::string> names;
   std::error_code ignored;
   if (!std::filesystem::exists(db_path, ignored)) return names;
-  if (std::filesystem::file_size(db_path, ignored) == 0) return names;  // it becomes a database
+  if (std::filesystem::file_size(db_path, ignored) == 0) return names;  // it may become a database
   auto db = open_read_only(db_path);
   if (!db) return Failure(db.error(), "give another --db");
   auto stored = list_specimens(*db);
@@ -118,7 +118,7 @@ Outcome<LibraryFile> checked(LibraryFile file) {
 
 LibraryPath::LibraryPath(const ProcessEnv& env) {
   if (const auto data = env.get("LCRIG_DATA")) data_ = *data;
-  const auto prefix = env.executable.parent_path().parent_path();  // of build/bin, or of /usr/bin
+  const auto prefix = env.executable.parent_path().parent_path();  // of build/bin or /usr/bin
   source_ = source_of(prefix);
   installed_ = prefix / "share" / "lcrig";
 }
@@ -204,7 +204,7 @@ Outcome<LibraryFile> find_specimen_text(const Context& context, const std::strin
   const LibraryPath library(context.env);
   LibraryFile wanted;
   std::vector<std::string> names;
-  if (!names_a_file(what)) {  // what was added under a name comes before what ships
+  if (!names_a_file(what)) {  // an added specimen takes precedence over one that ships
     auto stored = look_in_database(db_path, what, wanted);
     if (!stored) return stored.error();
     if (!wanted.text.empty()) return checked(std::move(wanted));

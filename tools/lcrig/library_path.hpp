@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds protocols, specimens and benches by name, for every command that takes one and for
+// Finds protocols, specimens and benches by name. Used by every command that takes one, and by
 // completion.
 #pragma once
 
@@ -23,31 +23,31 @@ struct LibraryFile {
   std::string text;
 };
 
-// Looked for in this order: $LCRIG_DATA/<kind>s, the source tree that this program was built in,
-// the installed data directory. The first one wins.
+// Looks in these places, and the first match wins: $LCRIG_DATA/<kind>s, the source tree in which
+// this program was built, the installed data directory.
 class LibraryPath {
  public:
   explicit LibraryPath(const ProcessEnv& env);
 
-  // `what` is a path (it has a '/', ends in .json, or such a file exists) or a name. Nothing when
-  // no such name is known. Failure: the file cannot be read.
+  // `what` is a path (it has a '/', ends in .json, or such a file exists) or a name. Empty: the
+  // name is not known. Failure: the file cannot be read.
   Outcome<std::optional<LibraryFile>> find(LibraryKind kind, const std::string& what) const;
-  // As `find`; an unknown name is a failure that lists the known ones, and `also` with them.
+  // As `find`, but an unknown name is a failure that lists the known names and `also`.
   Outcome<LibraryFile> get(LibraryKind kind, const std::string& what,
                            const std::vector<std::string>& also = {}) const;
   Failure unknown(LibraryKind kind, const std::string& what,
                   const std::vector<std::string>& also = {}) const;
-  std::vector<LibraryFile> list(LibraryKind kind) const;  // by name, without their texts
+  std::vector<LibraryFile> list(LibraryKind kind) const;  // sorted by name; without texts
 
  private:
   std::vector<std::filesystem::path> folders(LibraryKind kind) const;
   std::optional<std::filesystem::path> data_;  // $LCRIG_DATA
-  std::filesystem::path source_;  // empty: not run from a build tree
+  std::filesystem::path source_;  // empty: the program does not run from a build tree
   std::filesystem::path installed_;
 };
 
-// A specimen by name: a file, one that was added to the database, or one that ships. Checked: its
-// text parses. The database is only read, and only when it exists.
+// Finds a specimen by name: a file, one that was added to the database, or one that ships. Its text
+// has been checked to parse. The database is only read, and only if it exists.
 Outcome<LibraryFile> find_specimen_text(const Context& context, const std::string& db_path,
                                         const std::string& what);
 

@@ -15,19 +15,19 @@ namespace {
 
 constexpr int kBarMin = 8, kBarMax = 40;
 
-// Text from elsewhere: one column per character, nothing a terminal would obey.
+// Foreign text as ASCII: one column for each character, and nothing that a terminal would obey.
 std::string ascii(std::string_view text, std::size_t most = kLongestName) {
   std::string out;
   for (const char c : text) {
     if (out.size() == most) return out + "...";
     const auto u = static_cast<unsigned char>(c);
-    if ((u & 0xc0U) == 0x80U) continue;  // the rest of a UTF-8 character
+    if ((u & 0xc0U) == 0x80U) continue;  // a later byte of a UTF-8 character
     out += u >= 0x20 && u < 0x7f ? c : '?';
   }
   return out;
 }
 
-// "PAUSED at load"; a run that is continued waits before any step of its own.
+// "PAUSED at load". A continued run first waits outside of any step.
 std::string at_step(const char* state, const char* between, const RunStatus& s) {
   return s.step_id.empty() ? state : state + (between + ascii(s.step_id));
 }
@@ -45,7 +45,7 @@ std::string step_part(const RunStatus& s) {
   return ascii(s.step_id);
 }
 
-// The present step, and the stop or pause that somebody asked for.
+// The present step, and a stop or pause that was asked for.
 std::string place_part(const RunStatus& s) {
   std::string out = step_part(s);
   if (s.state == RunState::finishing || s.state == RunState::ended) return out;
@@ -144,7 +144,7 @@ std::string format_live_line(const RunStatus& s, int width) {
     parts[static_cast<std::size_t>(victim)].clear();
     whole = false;
   }
-  // A picture of the numbers, never in place of one.
+  // The bar takes only room that is left over; it never displaces a number.
   const auto used = join(parts).size();
   if (const auto done = fraction(s); whole && done && used + 2 + kBarMin <= room) {
     const auto columns = std::min(static_cast<int>(room - used) - 2, kBarMax);
@@ -163,7 +163,7 @@ bool LiveLine::due(const RunStatus& s) {
                     s.state != last_state_ || s.prompt != last_prompt_;
   const MonoTime now = clock_.now();
   const auto pause = console_.err_tty ? std::chrono::milliseconds(50) : std::chrono::seconds(1);
-  // A rehearsal passes steps faster than anybody reads: on a terminal only time counts.
+  // A rehearsal passes steps faster than anybody can read, so on a terminal only time counts.
   const bool wanted = console_.err_tty ? !last_ || s.state != last_state_ : news;
   if (!wanted && now - *last_ < pause) return false;
   last_ = now;

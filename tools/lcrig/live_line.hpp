@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The line that shows a run while it goes on.
+// The line that shows a run or a rehearsal while it goes on. Other commands use its formats of
+// times.
 #pragma once
 
 #include <optional>
@@ -11,25 +12,24 @@
 
 namespace lcrig::cli {
 
-// At most `width` - 1 printable ASCII characters (a full last column would wrap), no escape codes,
-// no newline. What does not fit is left out, the least important part first.
+// At most `width` - 1 printable ASCII characters (a full last column would wrap), without escape
+// codes and newline. Parts that do not fit are left out, the least important first.
 std::string format_live_line(const RunStatus& status, int width);
-// For logs and pipes: all parts, no bar.
+// For logs and pipes: all parts, without a bar.
 std::string format_plain_line(const RunStatus& status);
-// "3:05", "1:02:07"
-// With `digits` behind the point; nothing is less than zero by less than they show.
+// format_time: "3:05", "1:02:07". format_fixed: `digits` behind the point, and no "-0".
 std::string format_fixed(double value, int digits);
 std::string format_time(double seconds);
 
-// On a terminal one line that is rewritten at most 20 times a second; elsewhere a line at each new
-// step, state or prompt, and else at most one a second.
+// On a terminal it is one line, rewritten at most 20 times a second. Elsewhere it prints a line at
+// each new step, state or prompt, and otherwise at most one a second.
 class LiveLine {
  public:
   LiveLine(Console& console, const Clock& clock) : console_(console), clock_(clock) {}
   void show(const RunStatus& status);
-  // Something to read above the line.
+  // Prints a text above the line.
   void say(const std::string& text);
-  void say_one_line(const std::string& text);  // on a terminal no longer than its line
+  void say_one_line(const std::string& text);  // on a terminal cut to the width of its line
   void finish();  // leaves the cursor at the start of an empty line
 
  private:

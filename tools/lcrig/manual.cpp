@@ -7,7 +7,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// What scdoc takes for its markup. Words that are typed, which help has in back-quotes, are bold.
+// Escapes what scdoc takes for markup. Words in back-quotes, which people type, become bold.
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size() + 8);

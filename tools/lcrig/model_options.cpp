@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <string>
 
 #include "base/number.hpp"
@@ -21,8 +20,9 @@ void ModelOptions::declare_specimen(ArgumentList& list) {
 }
 
 void ModelOptions::declare_level(ArgumentList& list) {
-  list.one_of("--level", level_,
-              {"auto", "linear", "hyperelastic", "bonded", "fem_linear", "fem_finite"},
+  auto levels = all_words<Level>();
+  levels.insert(levels.begin(), "auto");
+  list.one_of("--level", level_, levels,
               "Level of the model (default: the cheapest within the tolerance)");
   list.one_of("--pressure-kind", kind_, all_words<PressureKind>(),
               "Force over the reference or the current area");
@@ -65,9 +65,7 @@ Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
     settings.level = *level;
     return settings;
   }
-  const bool varied = form_ != "A" || kind_ != "dead" || lateral_ != "free" ||
-                      area_ != "reference" || mesh_ != "1" || fringe_;
-  if (varied) {
+  if (settings != LevelSettings()) {
     return Failure(kUsage,
                    "--form, --pressure-kind, --lateral, --area, --mesh and --fringe belong to a "
                    "--level",

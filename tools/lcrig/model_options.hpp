@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that the `model` commands share: a specimen and how to describe it.
+// Options that the `model` commands share: the specimen, and how to model it.
 #pragma once
 
 #include <optional>
@@ -13,13 +13,13 @@ namespace lcrig::cli {
 class ModelOptions {
  public:
   void declare_specimen(ArgumentList& list);  // --specimen, --faces, --top
-  void declare_level(ArgumentList& list);  // --level and what a level can vary
+  void declare_level(ArgumentList& list);  // --level and its variations
 
   // The specimen with --faces and --top applied. Failure: unknown name, bad file.
   Outcome<Specimen> specimen(const Context& context) const;
-  // The command that shows each level's error and seconds, for the same specimen.
+  // The command that shows each level's error and seconds for the same specimen.
   std::string ladder_command(const Context& context, Pressure pressure) const;
-  // Nothing when --level was not given or is `auto`. Failure: usage.
+  // Empty when --level was not given or is `auto`. Failure: usage.
   Outcome<std::optional<LevelSettings>> settings() const;
 
  private:

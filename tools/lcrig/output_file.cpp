@@ -14,7 +14,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// A device or a pipe cannot be replaced, it is written to.
+// A device or a pipe cannot be replaced, so it is written to.
 Result<> write_to(const std::string& path, const std::function<Result<>(int fd)>& write) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (fd < 0) return fail(Errc::io, "{}: {}", path, std::strerror(errno));

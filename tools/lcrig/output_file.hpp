@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the output file of a command: whole or not at all.
+// Writes the output file of a command, whole or not at all. Used by reports, budgets, pictures and
+// the bundle of `lcrig doctor`.
 #pragma once
 
 #include <functional>
@@ -10,16 +11,16 @@
 
 namespace lcrig::cli {
 
-// The marks at the beginning of each kind of output. A file without the mark is not replaced.
+// How each kind of output begins. A file without this mark is not replaced.
 inline constexpr const char* kPageMark = "<meta name='generator' content='lcrig ";
 inline constexpr const char* kPictureMark = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 ";
 inline constexpr const char* kTableMark = "run,specimen,protocol,simulated,exit_status,";
 
-// Failure: what is there would be lost (require_earlier_output).
+// Failure: replacing the file would lose something else (require_earlier_output).
 Outcome<void> require_replaceable(const std::string& path, const char* mark);
 
-// As write_whole_file; a device or a pipe is written to. Failure: as require_replaceable, or what
-// the system said, naming the file.
+// As write_whole_file, but a device or a pipe is written to directly. Failure: as
+// require_replaceable, or an error of the system that names the file.
 Outcome<void> write_file(const std::string& path, const char* mark,
                          const std::function<Result<>(int fd)>& write);
 Outcome<void> write_file(const std::string& path, const char* mark, std::string_view content);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arguments with CLI11. What CLI11 2.1 says badly (unknown subcommand, unknown option) is found
-// before it parses; its exit codes become ours.
+// Parses arguments with CLI11. Where the messages of CLI11 2.1 are poor (unknown subcommand,
+// unknown option), the mistake is found before CLI11 parses. Its exit codes are converted to ours.
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
@@ -39,14 +39,14 @@ class Cli11Arguments final : public ArgumentList {
   }
   void options(const char* names, std::vector<std::string>& out, Placeholder value,
                const char* help) override {
-    // One value each, so that what follows stays a positional.
+    // One value for each option, so that the words after it stay positional.
     app_.add_option(names, out, help)
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->option_text(std::string(value.word) + " ...");
   }
   void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) override {
-    // CLI11 would take -1 for 2^64 - 1.
+    // Otherwise CLI11 would accept -1 as 2^64 - 1.
     const auto parse = [&out](const std::string& text) {
       out = number_from<std::uint64_t>(text);
       if (out) return;
@@ -91,9 +91,7 @@ using Commands = std::vector<std::unique_ptr<Command>>;
 
 // "protocol list" -> {"protocol", "list"}
 std::vector<std::string> name_words(const Command& command) {
-  std::vector<std::string> words;
-  for (const auto& word : CLI::detail::split(command.name, ' ')) words.push_back(word);
-  return words;
+  return CLI::detail::split(command.name, ' ');
 }
 
 struct Parser {
@@ -151,13 +149,13 @@ Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
 
 const CLI::Option* Parser::known_option(const CLI::App& sub, const std::string& token) const {
   auto name = token.substr(0, token.find('='));
-  // "-pname=value" and "-o-" carry their value.
+  // "-pname=value" and "-o-" contain their value.
   if (!name.starts_with("--") && name.size() > 2) name.resize(2);
   if (const auto* option = sub.get_option_no_throw(name)) return option;
   return app.get_option_no_throw(name);
 }
 
-// The first argument that is no option and no option's value.
+// The first argument that is neither an option nor the value of one.
 std::size_t Parser::first_word(const std::vector<std::string>& args, std::size_t from) const {
   std::size_t i = from;
   while (i < args.size() && args[i].starts_with('-') && args[i].size() > 1) {
@@ -179,7 +177,7 @@ Failure usage(std::string what, std::string next) {
   return Failure(kUsage, std::move(what), std::move(next));
 }
 
-// nullptr: help for everything or for a group, or --version; CLI11 finds out.
+// nullptr: help for everything or for a group, or --version; CLI11 recognises which.
 Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   const auto at = first_word(args, 0);
   if (at == args.size()) {
@@ -252,7 +250,8 @@ std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
   return names;
 }
 
-// A file, a socket, an anchor, a thing at the rig: nobody means an empty one. A note may be empty.
+// Options for a file, socket, anchor or thing at the rig, where an empty value is a mistake. A note
+// may be empty.
 bool names_something(std::string_view option) {
   constexpr std::array kOptions{"--db",      "--socket",  "--config", "--anchor",     "--specimen",
                                 "--probe",   "--fixture", "--batch",  "--not-before", "--not-after",
@@ -261,7 +260,7 @@ bool names_something(std::string_view option) {
   return std::ranges::find(kOptions, option) != kOptions.end();
 }
 
-// The option that "-specimen" or "–specimen" (with the dash of a text program) means; "": none.
+// The option meant by "-specimen" or "–specimen" (the dash of a word processor); "": none.
 std::string meant_option(const std::string& typed, const std::vector<std::string>& known) {
   std::string_view name = std::string_view(typed).substr(0, typed.find('='));
   if (name.starts_with("--")) return {};
@@ -279,17 +278,17 @@ std::string meant_option(const std::string& typed, const std::vector<std::string
   return name.size() > 1 && std::ranges::find(known, meant) != known.end() ? meant : std::string();
 }
 
-// CLI11 blames the positional when an unknown option stands before it, and another one when an
-// option's value is missing.
+// Finds mistakes that CLI11 blames on the wrong argument: an unknown option before a positional,
+// and a missing value of an option.
 Outcome<Command*> Parser::check_options(Command* command, const std::vector<std::string>& args) {
   const auto& sub = *apps.at(command);
   std::set<const CLI::Option*> seen;
-  const std::string* waits = nullptr;  // the option before, for its value
+  const std::string* waits = nullptr;  // the option whose value is expected next
   const auto wrong = [&](const std::string& what) {
     return usage(fmt::format("lcrig {}: {}", command->name, what),
                  fmt::format("lcrig {} --help", command->name));
   };
-  // An unset shell variable, and another file would be taken, or nothing compared.
+  // It is often an unset shell variable; another file would be taken, or nothing compared.
   const auto empty = [&](const std::string& option) {
     return wrong(option + ": its value is empty");
   };
@@ -308,7 +307,7 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
           fmt::format("{} is no option; did you mean '{}'?", arg.substr(0, arg.find('=')), meant));
     }
     if (!arg.starts_with('-') || arg.size() < 2) continue;
-    if (number_from<double>(arg)) continue;  // one below zero
+    if (number_from<double>(arg)) continue;  // a negative number
     const auto* option = known_option(sub, arg);
     if (option == nullptr) {
       return wrong(
@@ -319,7 +318,7 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     if (arg.ends_with('=') && names_something(arg.substr(0, arg.size() - 1))) {
       return empty(arg.substr(0, arg.size() - 1));
     }
-    if (takes_value && arg.ends_with('=')) {  // `--note=` too: CLI11 takes no empty value there
+    if (takes_value && arg.ends_with('=')) {  // CLI11 takes no empty value here, nor in `--note=`
       return wrong(name + " its value is missing");
     }
     if (!takes_value && arg.find('=') != std::string::npos) return wrong(name + " takes no value");
@@ -351,13 +350,13 @@ std::string Parser::help_of(const Command* command, const std::string& group) co
   return fmt::format("Example: lcrig rehearse static-frame --specimen paper-1\n\n{}", app.help());
 }
 
-// What a group does without a verb; "": it needs one.
+// The verb of a group that was typed without one. "": the group needs a verb.
 std::string usual_verb(std::string_view group) {
   if (group == "runs") return "list";
   return group == "lcr" ? "show" : "";
 }
 
-// `lcrig help run` is `lcrig run --help`, and `lcrig runs` lists them.
+// Translates short forms: `lcrig help run` is `lcrig run --help`, and `lcrig runs` lists the runs.
 std::vector<std::string> as_parsed(const Parser& parser, std::vector<std::string> args) {
   const auto at = parser.first_word(args, 0);
   if (at < args.size() && args[at] == "help") {
@@ -380,7 +379,7 @@ std::string missing_words(const CLI::App& sub) {
   return fmt::format("{} {} missing", join_words(missing), missing.size() == 1 ? "is" : "are");
 }
 
-// Words for what CLI11 refuses, as a person would say them.
+// Says in plain words what CLI11 refuses.
 std::string plain_words(const CLI::ParseError& error, const CLI::App& all, const CLI::App& sub) {
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) return missing_words(sub);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {

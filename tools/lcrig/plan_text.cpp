@@ -41,7 +41,7 @@ void print_worst(std::ostream& out, const json& plan) {
       noise > 0 ? fmt::format("{:.2g} N", noise) : std::string("measured at rest"));
 }
 
-// The values that the run will not believe.
+// Prints the limits beyond which the run will not trust a value.
 void print_watch(std::ostream& out, const json& plan) {
   if (plan.at("worst_force_N").get<double>() <= 0) return;
   const json& w = plan.at("watch");
@@ -103,7 +103,7 @@ void print_plan(std::ostream& out, const json& plan) {
   fmt::print(out, "readings      {} of measure steps, about {} recorded in all\n",
              plan.at("measure_readings").get<std::int64_t>(),
              plan.at("lcr_readings").get<std::int64_t>());
-  const double rate_Hz = plan.value("frame_rate_Hz", 0.0);  // an older daemon does not say it
+  const double rate_Hz = plan.value("frame_rate_Hz", 0.0);  // an older daemon does not send it
   if (const auto samples = plan.at("frame_samples").get<std::int64_t>();
       samples > 0 && rate_Hz > 0) {
     fmt::print(out, "samples       about {} of the frame, {:.6g} a second\n", samples, rate_Hz);

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 fs::path ProcessEnv::user_db() const {
   const auto data = get("XDG_DATA_HOME");
-  // The specification says that a relative path there is to be ignored.
+  // The specification says that a relative path is to be ignored.
   if (data && fs::path(*data).is_absolute()) return fs::path(*data) / "lcrig" / "lcrig.db";
   const auto home = get("HOME");
   return fs::path(home.value_or(".")) / ".local" / "share" / "lcrig" / "lcrig.db";
@@ -41,8 +41,8 @@ fs::path ProcessEnv::default_socket() const {
 
 namespace {
 
-// cron or a service may start a program without a home. A database in the folder where it was
-// started would never be found again.
+// Home directory of the user. cron or a service may start a program without $HOME, and a database
+// in the current folder would never be found again.
 std::optional<std::string> home_of_user() {
   passwd entry{};
   passwd* found = nullptr;
@@ -63,7 +63,7 @@ ProcessEnv real_process_env() {
   };
   std::error_code ignored;
   env.executable = fs::read_symlink("/proc/self/exe", ignored);
-  if (env.executable.empty()) {  // without /proc: as the kernel was told to start it
+  if (env.executable.empty()) {  // without /proc: the name by which the kernel started it
     env.executable = fs::canonical(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)), ignored);
   }
   return env;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A protocol as a command line asks for it: by name or file, changed by -p.
+// A protocol as the command line asks for it: by name or file, changed by -p. Many commands use it.
 #pragma once
 
 #include <string>
@@ -14,12 +14,12 @@ namespace lcrig::cli {
 
 struct ProtocolRequest {
   std::string typed;  // name or path
-  LibraryFile file;  // its text has the meter's settings that -p gave
-  std::string text_of_file;  // without them
-  ParameterValues parameters;  // the others
+  LibraryFile file;  // its text includes the meter's settings from -p
+  std::string text_of_file;  // without these settings
+  ParameterValues parameters;  // the other -p
 };
 // `assignments`: "name=value". Besides the protocol's parameters, `frequency_Hz` and `aperture`
-// change the meter's settings of any protocol. Failure: usage, or no such protocol.
+// change the meter's settings. Failure: usage, or no such protocol.
 Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::string& protocol,
                                        const std::vector<std::string>& assignments);
 
@@ -30,19 +30,19 @@ struct BoundProtocol {
 };
 Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted);
 
-// Refusals: of a file; of the values of parameters, or of what the protocol asks of a rig
-// (`protocol`: as typed); of a bench.
+// Failures for what was refused: a file; the values of parameters, or what the protocol asks of a
+// rig (`protocol`: as typed); a bench.
 Failure file_refused(const Error& error);
 Failure plan_refused(const Context& context, const std::string& protocol, const Error& error);
 Failure bench_refused(const Error& error, bool of_a_file);
 
-// Refusal by the daemon to run or to plan. The daemon knows neither the path of the protocol's file
-// nor which specimens have similar names.
+// The daemon refused to run or to plan. It knows neither the path of the protocol's file nor
+// specimens with similar names, so these are added here.
 Failure refused_run(const Context& context, Failure refused, const RunRequest& request,
                     const std::string& protocol, const std::vector<std::string>& assignments);
 
-// The request to run or to plan. The daemon may not read our files, so it gets their texts. A
-// specimen that is not known here may be one of its database.
+// The request to run or to plan. The daemon may not be able to read our files, so it gets their
+// texts. A specimen that is not known here may be in its database.
 Outcome<RunRequest> run_request(const LibraryPath& library, const std::string& protocol,
                                 const std::vector<std::string>& assignments,
                                 const std::string& specimen);

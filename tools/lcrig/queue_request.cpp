@@ -10,6 +10,7 @@
 #include "base/day_time.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
+#include "storage/batches.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/protocol_request.hpp"
@@ -138,8 +139,8 @@ Outcome<ExitCode> call_queue(Context& context, std::string_view method, const js
 Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json& params,
                             const RunRequest& request, const std::string& protocol,
                             const std::vector<std::string>& assignments) {
-  // The rig is looked at, and the specimen of a simulated one reckoned.
-  auto answer = client.call("queue.add", params, std::chrono::minutes(2));
+  // The daemon looks at the rig, and for a simulated one computes the specimen.
+  auto answer = client.call("queue.add", params, kPlanPatience);
   if (!answer) return refused_run(context, answer.error(), request, protocol, assignments);
   return show(context, *answer, [&](std::ostream& out) {
     const json& plan = answer->at("plan");
@@ -177,7 +178,7 @@ json batch_params(const BatchRequest& batch) {
 }
 
 Outcome<ExitCode> queue_batch(Context& context, const json& params, const BatchRequest& batch) {
-  // Each kind of run is planned; of a specimen that needs finite elements that takes minutes.
+  // The daemon plans each kind of run. A specimen that needs finite elements takes minutes.
   auto answer = call_daemon(context, "queue.add_batch", params, std::chrono::minutes(10));
   if (!answer) return answer.error();
   json all = *answer;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the commands of the queue: numbers of entries, places, terms, one call of the daemon.
+// Shared by the commands of the queue: numbers of entries, places, terms, one call to the daemon.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace lcrig::cli {
 
-// Failure: usage. `global`: for what is proposed then.
+// Failure: usage. `global`: options for the proposed command.
 Outcome<std::int64_t> entry_number(const std::string& text, const GlobalOptions& global);
 
 // --first, --last, --before ENTRY, --after ENTRY.
 class PlaceOptions {
  public:
   void declare(ArgumentList& list);
-  // Sets "place": the last one when none was given. Failure: usage.
+  // Sets "place"; without an option it is the last place. Failure: usage.
   Outcome<bool> put_into(nlohmann::json& params, const GlobalOptions& global) const;
   bool given() const { return first_ || last_ || !before_.empty() || !after_.empty(); }
 
@@ -34,7 +34,7 @@ class PlaceOptions {
 class TermsOptions {
  public:
   void declare(ArgumentList& list);
-  // Members of queue.add. Failure: usage.
+  // Adds the members of queue.add. Failure: usage.
   Outcome<bool> put_into(nlohmann::json& params, std::int64_t now_unix_s) const;
 
  private:
@@ -44,20 +44,20 @@ class TermsOptions {
   bool unattended_ = false;
 };
 
-// One call; `text` prints its answer for people.
+// Makes one call. `text` prints its answer for people.
 Outcome<ExitCode> call_queue(Context& context, std::string_view method,
                              const nlohmann::json& params,
                              const std::function<void(std::ostream&, const nlohmann::json&)>& text);
 
-// queue.add, and what to say of it. `request` names the specimen as it was typed, `protocol` and
-// `assignments` are the words of the command line.
+// Calls queue.add and prints the result. `request` names the specimen as it was typed. `protocol`
+// and `assignments` are words of the command line.
 Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const nlohmann::json& params,
                             const RunRequest& request, const std::string& protocol,
                             const std::vector<std::string>& assignments);
 
-// The members of queue.add_batch that the table says.
+// The members of queue.add_batch that come from the table.
 nlohmann::json batch_params(const BatchRequest& batch);
-// queue.add_batch, and what to say of it.
+// Calls queue.add_batch and prints the result.
 Outcome<ExitCode> queue_batch(Context& context, const nlohmann::json& params,
                               const BatchRequest& batch);
 

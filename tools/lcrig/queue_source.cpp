@@ -25,7 +25,7 @@ Outcome<json> list_by(ControlClient& client) {
   if (!answer) return answer.error();
   if (auto status = parse_daemon_status(*answer); !status) return Failure(status.error());
   json entries = json::array();
-  for (;;) {  // an answer has room for some hundred of them
+  for (;;) {  // one answer has room for a few hundred entries
     auto page = client.call("queue.list", json{{"skip", entries.size()}});
     if (!page) return page.error();
     const json& some = page->at("entries");
@@ -35,7 +35,7 @@ Outcome<json> list_by(ControlClient& client) {
   return json{{"queue", answer->at("queue")}, {"entries", std::move(entries)}};
 }
 
-// No times: it is not known when a daemon will run again.
+// Removes the planned times, because nobody knows when a daemon will run again.
 json without_times(const ListedEntry& entry) {
   json out = to_json(entry);
   out["planned_begin_unix_ns"] = out["planned_end_unix_ns"] = nullptr;
@@ -66,10 +66,10 @@ Outcome<QueueSource> QueueSource::open(const Context& context) {
   if (!chosen) return chosen.error();
   std::error_code unknown;
   const bool there = std::filesystem::exists(chosen->path, unknown);
-  if (!there && !unknown) return client.error();  // the system's word is better than silence
+  if (!there && !unknown) return client.error();  // the connection's error says more than silence
   auto db = open_runs(context);
   if (!db) return db.error();
-  if (!get_queue_state(*db)) return client.error();  // of an lcrig that had no queue
+  if (!get_queue_state(*db)) return client.error();  // database of an lcrig without a queue
   return QueueSource(std::move(*db), has_writer(chosen->path).value_or(false));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Input of the commands that read the queue: the daemon is asked, and while none runs its database
-// is read.
+// Input of the commands that read the queue. It asks the daemon; while none runs, it reads the
+// daemon's database.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,16 @@ namespace lcrig::cli {
 
 class QueueSource {
  public:
-  // Failure: no daemon answers, and there is no database either.
+  // Failure: no daemon answers, and there is no database.
   static Outcome<QueueSource> open(const Context& context);
 
-  // As docs/cli-json.md has them: {"queue":…,"entries":[…]}, an entry, {"acts":[…]}. Failure: also
-  // no such entry.
+  // The members are those of docs/cli-json.md: {"queue":…,"entries":[…]}, an entry, {"acts":[…]}.
+  // Failure: also if there is no such entry.
   Outcome<nlohmann::json> list();
   Outcome<nlohmann::json> show(std::int64_t entry);
   Outcome<nlohmann::json> history(std::optional<std::int64_t> entry, std::int64_t most);
   bool is_at_rest() const { return std::holds_alternative<Database>(from_); }
-  // Why the database was read.
+  // Why the database was read instead.
   const char* rest_words() const {
     return written_ ? "as the database has it: the daemon that records into it was not reached; "
                       "name its --socket"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The queue at a glance, for people: `lcrig status` and `lcrig queue list`.
+// A summary of the queue for people: for `lcrig status` and `lcrig queue list`.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 namespace lcrig::cli {
 
 void print_queue(std::ostream& out, const QueueStatus& queue);
-// The command to type now; empty: none. `head`: the state of the first entry, where it is known.
+// The command to propose; empty: none. `head`: state of the first entry, where it is known.
 std::string next_for_queue(const GlobalOptions& global, const QueueStatus& queue,
                            std::optional<EntryState> head = std::nullopt);
 

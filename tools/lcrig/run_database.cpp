@@ -14,8 +14,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// A command that makes a first run, for a database without one. Only the daemon writes into its
-// database.
+// The command to propose for a database without runs. Only the daemon writes into its database.
 std::string first_run(const Context& context, const ChosenDatabase& chosen) {
   constexpr const char* kNote = "makes a first run";
   const Words pressing{"static-frame", "--specimen", "paper-1"};
@@ -39,7 +38,7 @@ Failure no_database(const Context& context, const ChosenDatabase& chosen) {
   return Failure(kFailed, what, first_run(context, chosen));
 }
 
-// Most names are plain; any other text takes the way of all JSON.
+// Most names are plain; any other text is escaped like all JSON.
 std::string in_quotes(std::string_view text) {
   constexpr auto is_plain = [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; };
   if (!std::ranges::all_of(text, is_plain)) return json_line(std::string(text));
@@ -102,7 +101,7 @@ void note_if_changed(const Context& context, const ChainReport& chain, std::int6
 
 std::string format_utc(std::int64_t unix_ns) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                     fmt::gmtime(static_cast<std::time_t>(unix_ns / 1'000'000'000)));
+                     fmt::gmtime(static_cast<std::time_t>(unix_ns / kSecond_ns)));
 }
 
 std::string run_listing_line(const RunListing& r) {

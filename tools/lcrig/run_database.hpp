@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens the database and finds the run that a command names, for every command that reads runs.
+// Opens the database and finds the run that a command names. Used by every command that reads runs.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace lcrig::cli {
 
 Outcome<Database> open_runs(const Context& context);
 inline constexpr const char* kWhichRun = "A number, the beginning of its uuid, or `last`";
-// `text`: one of these.
+// `text` is one of the three forms above.
 Outcome<std::int64_t> named_run(const Context& context, const Database& db,
                                 const std::string& text);
 // The database, and the run in it that `text` names.
@@ -23,18 +23,18 @@ struct NamedRun {
   std::int64_t number = 0;
 };
 Outcome<NamedRun> open_run(const Context& context, const std::string& text);
-// Its number alone. For a command that writes afterwards: a reader that stays open would keep what
-// is written in the log.
+// Only the number, for a command that writes afterwards: a reader that stays open would keep SQLite
+// from emptying its log.
 Outcome<std::int64_t> number_of_run(const Context& context, const std::string& text);
-// The hint that fits `error`: to put a backup in its place when the database is damaged or cannot
-// be read, else `otherwise`.
+// The hint that fits `error`: when the database is damaged or cannot be read, to replace it by a
+// backup; otherwise `otherwise`.
 std::string next_after(const Error& error, std::string otherwise = {});
-// For commands that use the numbers of a run without showing its chain.
+// For commands that use the numbers of a run but do not show the state of its chain.
 void note_if_changed(const Context& context, const ChainReport& chain, std::int64_t run);
 // "2026-01-31T12:00:00Z"
 std::string format_utc(std::int64_t unix_ns);
-// One run as a line of JSON, as docs/cli-json.md promises. No JSON value is made of it: ten
-// thousand of them take longer than reading the runs.
+// One run as a line of JSON, as docs/cli-json.md promises. It is formatted directly: ten thousand
+// JSON values would take longer than reading the runs.
 std::string run_listing_line(const RunListing& run);
 
 }  // namespace lcrig::cli

@@ -12,7 +12,7 @@ namespace lcrig::cli {
 namespace {
 
 constexpr std::size_t kLongest = 200;
-// In a run the meter answers several times a second, and the slowest setting once in 3 s.
+// During a run the meter answers several times a second; with the slowest setting, once in 3 s.
 constexpr double kOldData_s = 10;
 
 class Checker {
@@ -67,7 +67,7 @@ class Checker {
          fmt::format("run {} {}: {}", last.run, what, printable(last.reason, kLongest)));
   }
 
-  // A queue that a person held, or that is done, is as somebody wants it.
+  // A queue that a person held, or that is finished, is no reason to warn.
   void look_at_queue() {
     if (!status_.queue || status_.queue->count == 0) return;
     const auto& q = *status_.queue;

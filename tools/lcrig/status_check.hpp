@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums up the state of the rig for a monitoring program: one word, and why. `lcrig status --check`
-// uses it.
+// Sums up the state of the rig for a monitoring program: one word and the reason. Used by `lcrig
+// status --check`.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace lcrig::cli {
 
-// Their numbers are the exit codes that such programs know (Nagios and its kind).
+// The numbers are the exit codes that monitoring programs (Nagios and similar) expect.
 enum class Verdict : int { ok = 0, warning = 1, critical = 2, unknown = 3 };
 const char* to_string(Verdict verdict);
 

@@ -18,11 +18,11 @@ namespace lcrig::cli {
 
 namespace {
 
-// Its standard output goes to `to`, its standard error to `said`.
+// Standard output goes to `to`, standard error to `said`.
 int spawn_into(const std::vector<std::string>& words, int to, int said, pid_t& pid) {
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);
-  // The function takes `char*`, and changes nothing.
+  // The function takes `char*` but does not change the text.
   for (const auto& word : words) argv.push_back(const_cast<char*>(word.c_str()));  // NOLINT
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;

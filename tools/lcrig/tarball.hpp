@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs a folder with the system's `tar`; no shell is asked.
+// Packs a folder with the system's `tar`, without a shell. Used by doctor_bundle.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@
 
 namespace lcrig::cli {
 
-// The folder `name` of `parent` as .tar.gz, to the descriptor `to`. The owners' names are left out.
-// Failure: tar is not there, or what it said.
+// Writes the folder `name` of `parent` as .tar.gz to the descriptor `to`. The owners' names are
+// left out. Failure: tar does not exist, or what it printed.
 Outcome<void> pack_folder(const std::filesystem::path& parent, const std::string& name, int to);
 
 }  // namespace lcrig::cli

@@ -32,7 +32,7 @@ std::tm local(std::int64_t unix_s) {
   return fmt::localtime(static_cast<std::time_t>(unix_s));
 }
 
-// nullopt: mktime had to make another day of it.
+// nullopt: mktime had to change the day, so this day does not exist.
 std::optional<std::int64_t> unix_of(std::tm wanted, bool utc = false) {
   const std::tm asked = wanted;
   wanted.tm_isdst = -1;

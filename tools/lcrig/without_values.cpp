@@ -16,7 +16,7 @@ bool is_of_name(char c) {
   return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
 }
 
-// Bytes of the number that `rest` begins with (12, 3.0110, 1,024, 2e-9); 0 when there is none.
+// Bytes of the number that `rest` begins with (12, 3.0110, 1,024, 2e-9); 0: there is none.
 std::size_t length_of_number(std::string_view rest) {
   std::size_t n = 0;
   while (n < rest.size()) {

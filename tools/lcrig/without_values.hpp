@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes what may have been measured out of words that leave the laboratory.
+// Removes what may have been measured from texts that leave the laboratory. Used by `lcrig doctor`.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,12 +8,12 @@
 
 namespace lcrig::cli {
 
-// Every number is a `#`, except that of a run or an entry, and digits inside a name ("ttyUSB0").
-// "run 3: force 3.0110 N is outside" -> "run 3: force # N is outside".
+// Replaces every number by `#`, except that of a run or an entry and digits inside a name
+// ("ttyUSB0"). "run 3: force 3.0110 N is outside" -> "run 3: force # N is outside".
 std::string without_numbers(std::string_view text);
-// A journal in the form short-iso: time, computer and process stay.
+// For a journal in the form short-iso; time, computer and process stay.
 std::string journal_without_numbers(std::string_view journal);
-// The daemon's status: without the last readings, and no numbers in any reason or prompt.
+// The daemon's status without the last readings, and without numbers in reasons and prompts.
 nlohmann::json status_without_values(nlohmann::json status);
 
 }  // namespace lcrig::cli

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a program (LD_PRELOAD): its writes to wire logs, its look-ups of users, its looks
-// at device nodes, the opening of ports (their lock) and their closing take as long as
-// SLOW_WIRE_LOG_MS, SLOW_USERS_MS, SLOW_NODES_MS, SLOW_PORTS_MS and SLOW_CLOSES_MS say, like on a
-// disk, with a directory service or behind a hub that is busy. Used by slow_surroundings_test.cpp.
+// Preloaded into a program (LD_PRELOAD) to make the surroundings slow. Writes to wire logs,
+// look-ups of users, looks at device nodes, the opening of ports (their lock) and their closing
+// take SLOW_WIRE_LOG_MS, SLOW_USERS_MS, SLOW_NODES_MS, SLOW_PORTS_MS and SLOW_CLOSES_MS, as on a
+// slow disk, with a directory service or behind a busy hub. Used by slow_surroundings_test.cpp.
 #include <dlfcn.h>
 #include <limits.h>
 #include <pwd.h>

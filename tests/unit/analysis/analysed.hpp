@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Made-up runs, analysed.
+// Synthetic runs, and their analysis. For the unit tests of the analysis.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ inline RunAnalysis of_static(const SyntheticRun::Static& s, const AnalysisOption
   return analysed(run, options);
 }
 
-// Readings as quick as the meter's.
+// Readings as fast as those of the meter.
 inline RunAnalysis of_dynamic(const SyntheticRun::Dynamic& d) {
   SyntheticRun run;
   run.reading_s = 0.065;

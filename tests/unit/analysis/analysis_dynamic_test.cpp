@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results from force and time in made-up runs whose truth is known: dynamic range, hysteresis,
+// Results against force and time in synthetic runs whose truth is known: dynamic range, hysteresis,
 // creep.
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace lcrig {
 namespace {
 
 TEST(Analyse, DynamicRangeIsNotPulledUpByNoise) {
-  // 60 fF of noise on 172 fF of change: the largest reading of a cycle would be far too large.
+  // 60 fF of noise on a change of 172 fF: the largest reading of a cycle would be far too large.
   SyntheticRun::Dynamic d;
   d.noise_F = 60e-15;
   d.cycles = 40;
@@ -108,7 +108,7 @@ TEST(Analyse, NoCreepIsNotCalledCreep) {
   EXPECT_FALSE(a.settling);
 }
 
-// The paper's slopes and dynamic ranges through storage, alignment, analysis and comparison.
+// The paper's slopes and dynamic ranges must survive storage, alignment, analysis and comparison.
 TEST(Analyse, GivesThePapersDynamicRangesBack) {
   int i = 0;
   for (const double percent : {4.7, 10.4, 32.4}) {

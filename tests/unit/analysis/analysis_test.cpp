@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Metrics of made-up runs whose truth is known.
+// Metrics of synthetic runs whose truth is known.
 #include "analysis/analysis.hpp"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
   const auto a = of_static(SyntheticRun::Static());
   EXPECT_NEAR(a.c0.value(), 3.65, 4 * 0.044 / 10);
-  // 44 fF/sqrt(100), and what slow noise may add that such a baseline cannot exclude.
+  // 44 fF/sqrt(100), plus the slow noise that such a baseline cannot exclude.
   EXPECT_GT(*a.c0.estimate->standard_error, 0.0044 * 0.8);
   EXPECT_LT(*a.c0.estimate->standard_error, 0.0044 * 4);
   EXPECT_NEAR(a.noise.value(), 44, 10);
@@ -29,8 +29,8 @@ TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
     EXPECT_NEAR(r.sensitivity.value(), 6, 4 * se);
     EXPECT_GT(r.robust->standard_error, 0);
   }
-  // Noise of a level 44/sqrt(30) fF, pressures 10, 20, 30 in four repeats: sxx = 4 * 200. The rests
-  // add theirs, and the slopes of four repeats know it to a third.
+  // Noise of a level 44/sqrt(30) fF; pressures 10, 20, 30 in four repeats: sxx = 4 * 200. The rests
+  // add their noise, and the slopes of four repeats know the scatter to a third.
   EXPECT_NEAR(*a.ranges[0].sensitivity.estimate->standard_error, 8.03 / std::sqrt(800), 0.2);
   EXPECT_EQ(a.ranges[0].points, 12);
   EXPECT_EQ(a.ranges[0].pressures, 3);
@@ -164,11 +164,11 @@ TEST(Analyse, ABentCurveIsCalledBentAndItsSlopeIsThatOfTheTrueCurve) {
   AnalysisOptions options;
   options.search_regions = true;
   const auto a = of_static(s, options);
-  // Levels 40..100: the least-squares slope of a parabola is its derivative in their middle.
+  // Levels 40..100: the least-squares slope of a parabola is its derivative in the middle.
   EXPECT_TRUE(holds(a.ranges[1].sensitivity, 9 - 2 * 0.03 * 70));
   EXPECT_LT(*a.ranges[1].lack_of_fit_p, 1e-6);
   EXPECT_THAT(a.ranges[1].residual_pattern, HasSubstr("bent down"));
-  // Residuals of a parabola at the ends: 0.03 (45^2 - 825) and, terminal, 0.03 45^2, of 513 fF.
+  // Residuals of a parabola at the ends, of 513 fF: 0.03 (45^2 - 825), and terminal 0.03 45^2.
   EXPECT_NEAR(a.linearity.value(), 7.0, 0.5);
   EXPECT_NEAR(a.linearity_terminal.value(), 11.8, 0.8);
   ASSERT_TRUE(a.regions);

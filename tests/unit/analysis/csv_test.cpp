@@ -25,7 +25,7 @@ TEST(TextCell, IsQuotedAsRfc4180HasIt) {
   EXPECT_EQ(cell(""), "");
 }
 
-// The one cell of a line as a reader of RFC 4180 takes it; fails when it is not one.
+// The single cell of a line as a reader of RFC 4180 sees it. Fails if it is not a single cell.
 std::string read_back(const std::string& written) {
   if (!written.starts_with('"')) {
     EXPECT_EQ(written.find_first_of(",\"\r\n"), std::string::npos) << written.substr(0, 80);

@@ -17,7 +17,7 @@ namespace {
 constexpr double kPeriod_s = 0.02;
 constexpr int kBatch = 5;
 
-// Samples as a frame takes and sends them: five at once, 1 to 9 ms on their way.
+// Samples as a frame takes and sends them: in batches of five that travel for 1 to 9 ms.
 class DeviceClocks : public testing::Test {
  protected:
   void SetUp() override {
@@ -62,7 +62,7 @@ class DeviceClocks : public testing::Test {
   double error_s(const Taken& t) const {
     return static_cast<double>(time_of(t).t_ns) * 1e-9 - t.taken_s;
   }
-  // Largest error of those that are not late by arrival, and how many have the time of arrival.
+  // Largest error of the samples whose time is not that of arrival, and the number of the others.
   double worst_s() const {
     double worst = 0;
     for (const Taken& t : taken_) worst = std::max(worst, std::abs(error_s(t)));
@@ -85,7 +85,8 @@ class DeviceClocks : public testing::Test {
 TEST_F(DeviceClocks, SamplesOfABatchGetTheTimesAtWhichTheyWereTaken) {
   record(3000, [](double t) { return 5e5 + t * (1 - 80e-6); });
   EXPECT_EQ(of_arrival(), 0U);
-  // The quickest way of 1 ms cannot be told from an offset; of arrival it would be 89 ms.
+  // The shortest delay of 1 ms cannot be distinguished from an offset. With times of arrival the
+  // error would be 89 ms.
   EXPECT_LT(worst_s(), 0.0015);
   ASSERT_GE(clock_.pieces().size(), 4U);
   for (const auto& p : clock_.pieces()) {

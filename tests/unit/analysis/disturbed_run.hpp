@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run of levels that is disturbed in known ways. Times, sizes and curve are none that a bench
-// draws from.
+// A run of levels with known disturbances. Its times, sizes and curve differ from those that the
+// simulated bench draws. Used by tests of the analysis.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +17,9 @@ namespace lcrig {
 struct Disturbed {
   double white = 0.5, correlation = 0, walk_sqrt_s = 0;
   double hum = 0, period_s = 6.6, phase = 0.3;
-  double creep_per_decade = 0;  // of what the load adds
-  double force_noise_N = 0;  // white, of what the cell shows
-  std::vector<double> slopes = {1, 1, 1};  // of the repeats
+  double creep_per_decade = 0;  // share of what the load adds
+  double force_noise_N = 0;  // white noise of the force shown
+  std::vector<double> slopes = {1, 1, 1};  // relative slopes of the repeats
 };
 
 // A baseline, and three repeats of seven levels with a rest after each.

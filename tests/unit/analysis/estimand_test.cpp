@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which slope a sensitivity is, and how far the slopes of the other choices lie: parts of the
-// uncertainty whose size is known from how the run was made.
+// Which slope a sensitivity refers to, and how far the slopes of the other choices are from it.
+// These parts of the uncertainty have sizes that follow from how the run was made.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ const Uncertainty& uncertainty_of(const RunAnalysis& a, const std::string& quant
   return it == a.uncertainties.end() ? none : *it;
 }
 
-// Up through the levels and down again, twice; 1.2 s pass at each before its readings count.
+// Up through the levels and down again, twice. 1.2 s pass at each level before its readings count.
 struct UpAndDown {
   double slope_up = 6, slope_down = 6;  // fF/kPa, about 100 kPa
 
@@ -68,7 +68,7 @@ struct UpAndDown {
 TEST(Estimand, NamesTheBranchAndTheTimeUnderLoad) {
   UpAndDown test;
   const auto a = test.play(true);
-  // 10 readings of 0.12 s before the first that counts, and 29 before the last.
+  // 10 readings of 0.12 s come before the first that counts, and 29 before the last.
   for (const RangeResult& r : a.ranges) {
     EXPECT_EQ(r.sensitivity.estimand,
               "loading branch, from 1.2 to 3.5 s after the load was reached");
@@ -166,7 +166,7 @@ TEST(Estimand, AnotherTimeIsAPartOfTheHighestLevelAndOfTheDynamicRange) {
   }
 }
 
-// After the first load the specimen stays 3 fF higher: no drift, but the rests look like one.
+// After the first load the specimen stays 3 fF higher. The rests make this look like a drift.
 TEST(Estimand, RecoveryThatIsTakenForDriftIsAPartOfTheHighestLevel) {
   SyntheticRun::Static s;
   s.noise_F = 0.1e-15;
@@ -187,7 +187,7 @@ TEST(Estimand, RecoveryThatIsTakenForDriftIsAPartOfTheHighestLevel) {
             3 * noise);
 }
 
-// Unloading lies above: its slope differs most at the ends.
+// Unloading lies above loading, and its slope differs most at the ends.
 TEST(Estimand, OfTheForceSensitivityIsTheLoadingWithTheOtherBranchAsAPart) {
   SyntheticRun::Dynamic d;
   d.noise_F = 0.2e-15;
@@ -225,7 +225,7 @@ TEST(Estimand, ScatterThatRepeatsShareIsFoundBesideASmoothCurve) {
   // Deviations of some 3.5 fF at seven levels from 40 to 100 kPa, 10 kPa apart: Sxx = 2800.
   EXPECT_NEAR(shared.standard_uncertainty, 3.5 / std::sqrt(2800.0), 0.02);
   EXPECT_LT(part_of(clean, "scatter that repeats share").standard_uncertainty, 0.002);
-  // Repeats do not show it: it widens the expanded uncertainty only.
+  // Repeats do not show it, so it widens the expanded uncertainty only.
   EXPECT_LT(*r.sensitivity.estimate->standard_error, 0.005);
   EXPECT_GT(r.uncertainty.expanded, clean.uncertainty.expanded);
 }

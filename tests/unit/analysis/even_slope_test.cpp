@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slopes of branches with few readings against those of curves that are known.
+// Compares slopes of branches with few readings with the slopes of known curves.
 #include "analysis/even_slope.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace lcrig {
 namespace {
 
-// Points each 8 from `first` up to 80, as a meter would take them that begins there.
+// Points 8 apart from `first` up to 80, as a meter would take them that begins there.
 std::vector<LinePoint> branch(double first, const std::function<double(double)>& curve) {
   std::vector<LinePoint> out;
   for (double x = first; x <= 80; x += 8) out.push_back({x, curve(x), 1});
@@ -49,7 +49,7 @@ TEST(EvenSlopes, TwoReadingsKeepTheirLine) {
   EXPECT_EQ(slopes.unit_variance_of_bend(), 0);
 }
 
-// Noise of unit size on a branch that lies in the upper part of its range.
+// Noise of variance 1 on a branch that covers the upper part of its range.
 TEST(EvenSlopes, TheErrorOfTheBendIsInTheVariance) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

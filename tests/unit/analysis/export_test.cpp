@@ -213,7 +213,7 @@ TEST_F(ExportTest, TargetsHaveNoMoreDigitsThanAPersonTypes) {
   EXPECT_THAT(exported(Layout::levels), HasSubstr(",m,1,1,1,1,0.125663706,10,"));
 }
 
-// Readings in 0.1 mN, one of which ends with zeros; a reading between two of them.
+// Readings with steps of 0.1 mN, one of which ends with zeros; a meter reading between two of them.
 TEST_F(ExportTest, ComputedValuesEndOneDigitBehindTheReadingsTheyComeFrom) {
   begin_with_probe();
   sample(1, 1, 0, 0.1, 0.0012345);
@@ -225,7 +225,7 @@ TEST_F(ExportTest, ComputedValuesEndOneDigitBehindTheReadingsTheyComeFrom) {
   EXPECT_THAT(exported(Layout::frame), HasSubstr(",0.1771,1.2347,-0.02235,14.0932,\r\n"));
 }
 
-// The force of a dead weight is the weight that was asked for: a double with all its digits.
+// The force of a dead weight is the weight that was asked for: a double with all of its digits.
 TEST_F(ExportTest, ComputedValuesHaveNoEndlessDigitsAndStoredOnesAll) {
   row_.frame_capabilities_json = R"({"weights": true})";
   begin_with_probe();
@@ -259,7 +259,7 @@ TEST_F(ExportTest, AnswersAreTypedAndHarmless) {
             "3,3.5,s,0,Clean,confirmation,,,,person,ada,\r\n");
 }
 
-// Records of a CSV text: quotes are obeyed, everything else is a cell.
+// Counts the records of a CSV text. Quotes are respected; everything else is part of a cell.
 std::size_t count_records(const std::string& csv) {
   std::size_t records = 0;
   bool quoted = false;

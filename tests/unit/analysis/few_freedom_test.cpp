@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Intervals of results with a part that has one or two degrees of freedom, as the slopes of two or
-// three repeats have: how often they hold, by integration over what such a part is estimated as.
+// Intervals of results with a part that has one or two degrees of freedom, such as the slopes of
+// two or three repeats. The tests integrate over the estimate of such a part to find how often the
+// intervals hold.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +16,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Estimated over true variance, at the middles of `nodes` equal shares of its distribution.
+// Estimated over true variance, in the middles of `nodes` equal shares of its distribution.
 std::vector<double> estimates_of_variance(int freedom, int nodes) {
   std::vector<double> out;
   for (int i = 0; i < nodes; ++i) {
@@ -30,7 +31,7 @@ double share_within(double half_width, double variance) {
   return std::erf(half_width / std::sqrt(2 * variance));
 }
 
-// In percent; the other part is 1 and known.
+// How often the interval holds, in percent. The other part has standard deviation 1 and is known.
 double holds_beside_known(int freedom, double deviation) {
   constexpr int kNodes = 200;
   double sum = 0;
@@ -65,10 +66,11 @@ RunAnalysis run_with(double freedom, double percent) {
   return a;
 }
 
-// In percent: the increase from one run to another whose scatter is `percent`.
+// How often the interval of the increase from one run to another holds, in percent. The scatter of
+// the runs is `percent`.
 double comparison_holds(int from_freedom, int to_freedom, double percent) {
   constexpr int kNodes = 25;
-  constexpr double kSmall = 0.01;  // of the value, so that the logarithm is a line
+  constexpr double kSmall = 0.01;  // share of the value, so small that the logarithm is linear
   double sum = 0;
   for (const double v : estimates_of_variance(from_freedom, kNodes)) {
     const double of_from = kSmall * std::sqrt(v);
@@ -85,8 +87,7 @@ double comparison_holds(int from_freedom, int to_freedom, double percent) {
   return sum / kNodes * 100;
 }
 
-// A run of two repeats against one that is known well; two runs of two repeats, and of three.
-// GUM G.4.1, as elsewhere: 6.25 degrees of freedom of the two count as 6.
+// GUM G.4.1, as elsewhere: the 6.25 degrees of freedom of the two parts count as 6.
 TEST(FewFreedom, IncreaseTruncatesItsDegreesOfFreedom) {
   const double few = 0.01, other = 0.005;
   const double variance = few * few + other * other;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Repeats that differ, drift, garbage and bad input: an interval must hold or say that it cannot.
+// Repeats that differ, drift, garbage and bad input: an interval must hold, or say that it cannot.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,9 +45,9 @@ TEST(Honest, SlopesThatDifferAreTheSample) {
   }
 }
 
-// Levels that scatter with equal slopes say nothing of how well the slope is known.
+// Levels that scatter although the slopes are equal say nothing about how well the slope is known.
 TEST(Honest, RepeatsAreTheSampleHoweverMuchTheirLevelsScatter) {
-  const double beside_line[] = {0, 0, 0, 1, 0, 0, -2, 0, 0, 1};  // of 10 to 100 kPa
+  const double beside_line[] = {0, 0, 0, 1, 0, 0, -2, 0, 0, 1};  // from the line at 10 to 100 kPa
   for (const int repeats : {2, 3, 4}) {
     SyntheticRun::Static s;
     s.repeats = repeats;
@@ -70,8 +70,8 @@ TEST(Honest, OneRepeatSaysWhatItCannotKnow) {
   EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
 }
 
-// The noise of the load cell is white and adds to that of the capacitance as such, also where the
-// latter is correlated: here to 1.15 times the standard error, as the sizes say.
+// The noise of the load cell is white and adds to that of the capacitance as such, even where the
+// latter is correlated. With these sizes it makes the standard error 1.15 times as large.
 TEST(Honest, TheForceOfOneRepeatScattersWithItsOwnCorrelation) {
   Disturbed quiet;
   quiet.correlation = 0.8;
@@ -149,8 +149,8 @@ TEST(Honest, OutliersOfTheBaselineAreListed) {
   EXPECT_EQ(a.outliers[0].level, 0);
 }
 
-// One run in a hundred, however few readings a level has: their scatter about their own median is
-// less than that of a reading, and few readings tell it badly.
+// The share is one run in a hundred, however few readings a level has. Few readings scatter less
+// about their own median than about the true value, and few tell their scatter badly.
 TEST(Honest, FewReadingsOfALevelAreNoOutliers) {
   struct Case {
     int readings, levels;
@@ -263,7 +263,7 @@ TEST(Honest, ABaselineOfThreeReadingsGivesAnInterval) {
   EXPECT_TRUE(a.ranges[0].sensitivity);
 }
 
-// Two readings 40 fF off in a hundred: the noise is that of the others, and holds as often.
+// Two readings of a hundred are 40 fF off. The noise is that of the others, and holds as often.
 TEST(Honest, OutliersAreNotInTheNoise) {
   int held = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -286,7 +286,7 @@ TEST(Honest, OutliersAreNotInTheNoise) {
   EXPECT_GE(held, 34);
 }
 
-// Readings of a baseline of a minute, and of a few levels.
+// A baseline of a minute with this noise, and a few levels.
 RunAnalysis with_noise_of(const std::function<double()>& noise_fF, int baseline = 500) {
   SyntheticRun::Static s;
   s.noise_F = 0;
@@ -297,7 +297,7 @@ RunAnalysis with_noise_of(const std::function<double()>& noise_fF, int baseline 
   return of_static(s);
 }
 
-// First-order processes: neighbours differ by less than two readings do.
+// First-order processes: neighbours differ by less than two independent readings do.
 TEST(Honest, NoiseOfReadingsThatAreCorrelatedIsThatOfOneReading) {
   for (const double rho : {0.5, 0.9}) {
     int held = 0;
@@ -350,7 +350,7 @@ TEST(Honest, NoiseThatIsWhiteHasNoRemark) {
   EXPECT_LE(told, 1);
 }
 
-// Within levels the scatter about the mean is less than that of a reading.
+// Within levels the scatter about the mean is smaller than the noise of a reading.
 TEST(Honest, NoiseWithoutABaselineKnowsTheCorrelation) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
@@ -380,7 +380,7 @@ TEST(Honest, NoiseWithoutABaselineIsThatOfLevelsWithoutOutliers) {
   EXPECT_NEAR(a.noise.value(), 0.44, 0.03);
 }
 
-// Slopes of the repeats differ: all levels move alike, and four repeats tell three numbers only.
+// The slopes of the repeats differ: all levels move alike, and four repeats tell three numbers.
 TEST(Honest, RepeatabilityOfLevelsThatMoveAlike) {
   int held = 0, wide = 0;
   std::mt19937_64 random(5);
@@ -440,7 +440,7 @@ TEST(Honest, TouchesOfASearchAreNotPartOfTheBaseline) {
   EXPECT_EQ(a.outlier_count, 0);
 }
 
-// C0 moves between repeats, and a level of one repeat has no readings, or half of them.
+// C0 moves between repeats, and one repeat has no readings, or half of them, at some level.
 TEST(Honest, AMissingLevelDoesNotTurnTheSlope) {
   SyntheticRun::Static s;
   s.noise_F = 0.44e-15;
@@ -460,7 +460,7 @@ TEST(Honest, AMissingLevelDoesNotTurnTheSlope) {
   }
 }
 
-// The slope of a bent curve depends on the pressures: that is no difference between repeats.
+// The slope of a bent curve depends on the pressures. This is not a difference between repeats.
 TEST(Honest, AMissingLevelOfABentCurveDoesNotWidenTheInterval) {
   SyntheticRun::Static s;
   s.noise_F = 0.44e-15;

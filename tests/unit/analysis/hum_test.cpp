@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sine that no specimen makes is found and subtracted; what a specimen does is left alone.
+// A sine that no specimen makes is found and subtracted. What the specimen does is left alone.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST(Hum, IsFoundWithItsPeriodAndItsAmplitude) {
   }
 }
 
-// The same white noise with and without the sine: what is left of it is its error.
+// The same white noise with and without the sine: the difference is the error of the subtraction.
 TEST(Hum, IsSubtractedFromAllReadings) {
   Disturbed d;
   const auto without_it = analysed_with(d, 2);
@@ -98,7 +98,7 @@ TEST(Hum, IsNotFoundWhereThereIsNone) {
   }
 }
 
-// A specimen whose answer to every step rings with the period of the hum keeps its answer.
+// A specimen whose response to every step rings with the period of the hum keeps its response.
 TEST(Hum, WhatFollowsEveryStepAlikeIsTheSpecimens) {
   DisturbedRun run({}, 6);
   for (RunReading& r : run.data.readings) {

@@ -12,7 +12,7 @@
 namespace lcrig {
 namespace {
 
-// The reference regression: y = 3.65 + 8.9e-3 (10 i) - 1e-7 (10 i)^2, its slope 8.89e-3 exactly.
+// The reference regression: y = 3.65 + 8.9e-3 (10 i) - 1e-7 (10 i)^2, whose slope is 8.89e-3.
 std::vector<LinePoint> reference(double offset) {
   std::vector<LinePoint> points;
   for (int i = 0; i <= 10; ++i) {
@@ -105,7 +105,7 @@ TEST(TwoRegions, FindsTheKneeAndRefusesTooFewPoints) {
   EXPECT_FALSE(find_two_regions(points));
 }
 
-// Every limit tried in turn, both lines fitted anew: slow, and nothing to get wrong.
+// Tries every limit in turn and fits both lines anew: slow, but simple enough to be right.
 struct Tried {
   std::size_t cut = 0;
   double ss = 0;
@@ -153,7 +153,7 @@ TEST(TwoRegions, AgreeWithTryingEveryLimit) {
                                 {-1e8, -4e4, 0.01, 0.011, 0.3, 150, 2},  // no knee to see
                                 {0, 0, 20, 5, 5, 20, 12},  // many at one x
                                 {0, 0, 20, 5, 1, 6, 3},  // as few as there may be
-                                {0, 0, 1e-15, 1e-16, 1e-17, 100, 1},  // farads
+                                {0, 0, 1e-15, 1e-16, 1e-17, 100, 1},  // in farads
                                 {0, 0, 0, 0, 1, 100, 1}};
   for (std::size_t k = 0; k < knees.size(); ++k) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {

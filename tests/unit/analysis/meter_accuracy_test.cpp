@@ -6,10 +6,10 @@
 namespace lcrig {
 namespace {
 
-MeterSetting at(double frequency_Hz, MeterSpeed speed) {
+MeterSetting at(double frequency_Hz, Aperture aperture) {
   MeterSetting s;
   s.frequency_Hz = frequency_Hz;
-  s.speed = speed;
+  s.aperture = aperture;
   return s;
 }
 
@@ -24,8 +24,8 @@ TEST(MeterAccuracy, GivesTheReferenceTable) {
         Row{7.29, 1e5, 0.073, 0.148}, Row{10.9, 1e5, 0.066, 0.132}}) {
     const MeterPlace place;
     const double C = row.pF * 1e-12;
-    const auto slow = meter_accuracy(at(row.Hz, MeterSpeed::slow), place, C);
-    const auto fast = meter_accuracy(at(row.Hz, MeterSpeed::fast), place, C);
+    const auto slow = meter_accuracy(at(row.Hz, Aperture::slow), place, C);
+    const auto fast = meter_accuracy(at(row.Hz, Aperture::fast), place, C);
     ASSERT_TRUE(slow && fast);
     EXPECT_NEAR(slow->total * 100 / row.slow_percent, 1, 0.025) << row.pF << " pF " << row.Hz;
     EXPECT_NEAR(fast->total * 100 / row.fast_percent, 1, 0.025) << row.pF << " pF " << row.Hz;
@@ -34,8 +34,8 @@ TEST(MeterAccuracy, GivesTheReferenceTable) {
 
 TEST(MeterAccuracy, OffsetHardlyDependsOnTheCapacitance) {
   const MeterPlace place;
-  const auto a = meter_accuracy(at(1e3, MeterSpeed::medium), place, 3.65e-12);
-  const auto b = meter_accuracy(at(1e3, MeterSpeed::medium), place, 10.9e-12);
+  const auto a = meter_accuracy(at(1e3, Aperture::medium), place, 3.65e-12);
+  const auto b = meter_accuracy(at(1e3, Aperture::medium), place, 10.9e-12);
   EXPECT_NEAR(a->offset_F, b->offset_F, 1e-18);
   EXPECT_NEAR(a->offset_F, 170e-15, 1e-15);
   EXPECT_NEAR(a->gain, 5e-4, 1e-9);
@@ -44,7 +44,7 @@ TEST(MeterAccuracy, OffsetHardlyDependsOnTheCapacitance) {
 TEST(MeterAccuracy, GrowsOutsideItsTemperatureAndLevel) {
   MeterPlace warm;
   warm.temperature_C = 30;
-  MeterSetting s = at(1e5, MeterSpeed::slow);
+  MeterSetting s = at(1e5, Aperture::slow);
   const double cool = meter_accuracy(s, MeterPlace(), 3.65e-12)->total;
   EXPECT_NEAR(meter_accuracy(s, warm, 3.65e-12)->total, 2 * cool, 1e-12);
   s.level_V = 0.1;
@@ -60,7 +60,7 @@ TEST(MeterSetting, IsReadFromTheStoredJsonAndRefusesHalfOfIt) {
       R"("trigger":"internal","conversion_time_s":0.26})");
   ASSERT_TRUE(s);
   EXPECT_EQ(s->frequency_Hz, 20000);
-  EXPECT_EQ(s->speed, MeterSpeed::fast);
+  EXPECT_EQ(s->aperture, Aperture::fast);
   EXPECT_TRUE(s->internal_trigger);
   EXPECT_EQ(s->conversion_s, 0.26);
   EXPECT_NEAR(meter_noise_F(*s), 60e-15 / 20 / 0.5 / 2, 1e-20);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels that some repeats lack, or all: of which curve the slope is, and how well it is known.
+// Levels that some or all repeats lack: which slope this is, and how well it is known.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -23,7 +23,7 @@ SyntheticRun::Static bent() {
   return s;
 }
 
-// The first `kept` readings are there where `is_lacking(level)`, the level from 1 to 40.
+// Where `is_lacking(level)` (level from 1 to 40), only the first `kept` readings are there.
 template <class IsLacking>
 RunAnalysis lacking(IsLacking is_lacking, int kept) {
   auto s = bent();
@@ -82,8 +82,9 @@ TEST(MissingLevel, OfAllRepeatsIsNamedInTheRunAndInTheComparison) {
   }
 }
 
-// The slopes of the repeats differ, and the last one has two levels of seven: three say something
-// of the scatter. With the freedom of four the interval held in fewer runs than it says.
+// The slopes of the repeats differ, and the last repeat has only two levels of seven. Effectively
+// three repeats determine the scatter. With the degrees of freedom of four, the interval held too
+// seldom.
 TEST(MissingLevel, TheIntervalHoldsWhereARepeatHasTwoLevelsOfSeven) {
   constexpr int kRuns = 150;
   int held = 0;

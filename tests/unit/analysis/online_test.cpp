@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fed value by value they say what a fit to all values at once says.
+// Estimators that are fed value by value must agree with a fit to all values at once.
 #include "base/online.hpp"
 
 #include <gtest/gtest.h>

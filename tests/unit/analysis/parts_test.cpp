@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts of the uncertainty that a result must have, and words for what its interval does not know.
+// Parts of the uncertainty that a result must have, and caveats on what its interval ignores.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ double part_of(const RunAnalysis& a, const std::string& quantity, const std::str
   return -1;
 }
 
-// Saturates: at 100 kPa the slope is much less than in the mean.
+// A saturating curve: at 100 kPa its slope is much smaller than the mean slope.
 double bent_F(double kPa) {
   return 3.65e-12 + 800e-15 * kPa / (kPa + 60);
 }
@@ -61,7 +61,7 @@ TEST(Parts, TheDynamicRangeOfCyclesTakesTheSlopeAtThePeak) {
   EXPECT_NEAR(part_of(a, "dynamic range", "force at the peak"), force, 0.1 * force);
 }
 
-// One level: no other slope than that from the rest to the peak.
+// With one level, only the slope from the rest to the peak is known.
 TEST(Parts, OneLevelTakesTheMeanSlope) {
   SyntheticRun::Static s;
   s.noise_F = 0.4e-15;
@@ -71,7 +71,7 @@ TEST(Parts, OneLevelTakesTheMeanSlope) {
   EXPECT_NEAR(part_of(a, "dynamic range", "force at the peak"), force, 0.02 * force);
 }
 
-// 9.9 nF in the baseline: the drift between the rests must not turn every slope.
+// 9.9 nF in the baseline must not tilt every slope through the drift between the rests.
 TEST(Parts, OutliersOfTheBaselineDoNotTurnTheDrift) {
   SyntheticRun run;
   run.begin();
@@ -130,7 +130,7 @@ TEST(Parts, OneRepeatSpeaksOfSlowNoise) {
   EXPECT_THAT(a.dynamic_range.reason, HasSubstr("slower than the correlation"));
 }
 
-// Rest and load step alike: the line of drift goes through steps, and turns all loadings alike.
+// Rest and load jump together. The line of drift goes through the jumps and tilts each loading.
 TEST(Parts, ForceSensitivityHasTheDrift) {
   SyntheticRun::Dynamic d;
   d.noise_F = 0.1e-15;
@@ -159,7 +159,7 @@ double part_of(const RunAnalysis& a, const char* quantity, const char* name, dou
   return -1;
 }
 
-// A loading of 20 s to 1 N: an error of the drift's rate turns each slope by 20 s/N.
+// A loading of 20 s to 1 N: an error of the drift's rate changes each slope by 20 s/N of it.
 TEST(Parts, TheDriftOfTheForceSensitivityIsItsRateTimesTheTimeOfALoading) {
   SyntheticRun::Dynamic d;
   d.noise_F = 0.5e-15;
@@ -179,14 +179,14 @@ TEST(Parts, TheDriftOfTheForceSensitivityIsItsRateTimesTheTimeOfALoading) {
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_NEAR(*a.force_sensitivity.estimate->standard_error, std::hypot(parts[0].se, parts[1].se),
               1e-12);
-  // The same of a slope against pressure: 20 s for 79.6 kPa.
+  // The same for a slope against pressure: 20 s for 79.6 kPa.
   for (const RangeResult& r : a.ranges) {
     ASSERT_EQ(r.parts_of_error.size(), 2U);
     EXPECT_NEAR(r.parts_of_error[1].se / (20 / 79.577 * rate_fF_s), 1, 0.25);
   }
 }
 
-// A turn overshoots: the last peak is 2 % higher, and the specimen gives 5 % less there.
+// The last turn overshoots, so its peak is 2 % higher, and there the specimen gives 5 % less.
 TEST(Parts, MullinsIsAtEqualForce) {
   SyntheticRun run;
   run.reading_s = 0.065;
@@ -254,7 +254,7 @@ TEST(Parts, TheEstimandOfCyclesNamesBothEnds) {
   EXPECT_THAT(a.ranges[1].sensitivity.estimand, HasSubstr("up to the peak of 79.4 kPa"));
 }
 
-// A digit of 1 fF, and less noise.
+// A digit of 1 fF, with less noise than that.
 TEST(Parts, TheDigitOfTheMeterIsAPart) {
   SyntheticRun run;
   run.begin();
@@ -308,7 +308,7 @@ TEST(Parts, ANumberThatIsNoCapacitanceIsLeftOut) {
   }
 }
 
-// The search for contact saw a force, the run none.
+// The search for contact saw a force, but the run saw none.
 TEST(Parts, AForceOfExactlyZeroIsNoLoading) {
   SyntheticRun run;
   run.begin();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors of a mean of part of a run, and of a line through the rests, under noise that is slower
-// than the readings. Sizes and times are none that a bench draws from.
+// Errors of the mean of part of a run, and of a line through the rests, under noise that is slower
+// than the readings. Sizes and times differ from those that the simulated bench draws.
 #include "analysis/slow_noise.hpp"
 
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ struct Held {
   double too_wide() const { return half / kRuns / (1.96 * std::sqrt(squares / kRuns)); }
 };
 
-// How many intervals of the baseline's mean contain its truth, 0, and how wide they are.
+// How many intervals of the baseline's mean contain the truth, 0, and how wide they are.
 Held hold_baseline(const Noise& noise) {
   Held out;
   for (int run = 0; run < kRuns; ++run) {
@@ -87,7 +87,7 @@ TEST(SlowNoise, IntervalsOfTheBaselineHoldUnderOneOverFNoiseOfAnySize) {
   }
 }
 
-// The rate of a line through baseline and rests; five rests hardly tell a walk from 1/f noise.
+// The rate of a line through baseline and rests. Five rests hardly tell a walk from 1/f noise.
 TEST(SlowNoise, IntervalsOfTheRateHoldUnderARandomWalk) {
   for (const double walk : {0.1, 0.4}) {
     int held = 0;
@@ -115,7 +115,7 @@ TEST(SlowNoise, IntervalsOfTheRateHoldUnderARandomWalk) {
   }
 }
 
-// The price: nobody can exclude slow noise from one run.
+// The price: one run cannot exclude slow noise.
 TEST(SlowNoise, WhiteNoiseAloneGivesAnIntervalFourTimesAsWideAtMost) {
   const Held held = hold_baseline({});
   EXPECT_GE(held.runs, 0.95 * kRuns);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings whose window reaches over the peak of a cycle. A meter gives the mean over its window;
-// on a branch that is the value in the middle, across the turn it is less.
+// Readings whose window reaches over the peak of a cycle. A meter gives the mean over its window.
+// On a branch this is the value in the middle; across the turn it is less.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace lcrig {
 namespace {
 
-// A straight specimen, 80 kPa in a second, a window of a tenth of that.
+// A straight specimen, 80 kPa in a second, and a window of a tenth of a second.
 RunAnalysis of_mean_windows(double reading_s) {
   SyntheticRun run;
   run.reading_s = reading_s;
@@ -61,15 +61,15 @@ TEST(TurningPoint, AReadingAcrossItBelongsToNoBranch) {
   }
 }
 
-// Were the moving force taken for noise of the cell, readings under load would count as unloaded.
+// If the moving force counted as noise of the cell, readings under load would count as unloaded.
 TEST(TurningPoint, ALoadingIsNoNoiseOfTheForce) {
   const auto a = of_mean_windows(0.065);
   ASSERT_EQ(a.cycles.size(), 20U);
   for (const CycleResult& c : a.cycles) EXPECT_NEAR(c.rest_pF, 3.65, 1e-3) << c.number;
 }
 
-// One error of the instant in all readings: the pressure moves by its rate, and the rate grows as
-// the specimen stiffens.
+// All readings share an error of the instant. It moves the pressure in proportion to its rate,
+// which grows as the specimen stiffens.
 TEST(TurningPoint, TheErrorOfTheInstantStandsInTheBudgetOfASlope) {
   const auto a = of_mean_windows(0.12);
   ASSERT_EQ(a.ranges.size(), 2U);
@@ -83,7 +83,7 @@ TEST(TurningPoint, TheErrorOfTheInstantStandsInTheBudgetOfASlope) {
   }
 }
 
-// A specimen that softens the slope, loaded evenly; all readings are later than they seem.
+// An even loading of a specimen whose slope falls. All readings are later than they seem.
 RunAnalysis of_late_readings(double late_s) {
   SyntheticRun run;
   run.reading_s = 0.1;
@@ -105,7 +105,7 @@ RunAnalysis of_late_readings(double late_s) {
   return out ? std::move(*out) : RunAnalysis();
 }
 
-// The rate is even, and the curve bends: the part is what one standard uncertainty does.
+// The rate is constant and the curve bends. The part is the change from one standard uncertainty.
 TEST(TurningPoint, TheErrorOfTheInstantOfABentCurveMovesItsSlopes) {
   const auto right = of_late_readings(0);
   const double u_s = right.ranges.at(0).instant_s;

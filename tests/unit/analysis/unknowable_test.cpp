@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that leave something out: each result says what it cannot know.
+// Runs that lack something: each result says what it cannot know.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -58,7 +58,7 @@ TEST(Unknowable, DifferencesBetweenRepeatsOfTheOnlyOne) {
   EXPECT_FALSE(a.repeatability_2sigma);
 }
 
-// One loading and one unloading, at noise that neighbours share by `rho`.
+// One loading and one unloading with noise whose neighbours have the correlation `rho`.
 RunAnalysis of_one_cycle(double rho) {
   SyntheticRun::Dynamic d;
   d.cycles = 1;
@@ -94,7 +94,7 @@ TEST(Unknowable, DifferencesBetweenCyclesOfTheOnlyOne) {
   }
 }
 
-// Neighbours that share their noise tell less: by (1 + rho)/(1 - rho) in the variance.
+// Correlated neighbours contain less information: the variance grows by (1 + rho)/(1 - rho).
 TEST(Unknowable, WhatNeighboursOfOneCycleShareWidensItsIntervals) {
   const auto white = of_one_cycle(0), shared = of_one_cycle(0.8);
   const auto wider = [](const Metric& a, const Metric& b) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loadings that are not like the others: broken off, lower on purpose, or of a softened specimen.
+// Loadings that differ from the others: broken off, lower on purpose, or of a softened specimen.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,12 +21,12 @@ SyntheticRun::Dynamic cycles_to(double peak_N, int cycles) {
   return d;
 }
 
-// Of the straight specimen of SyntheticRun::Dynamic.
+// Dynamic range of the straight specimen of SyntheticRun::Dynamic.
 double percent_of(double peak_N) {
   return 2.15e-15 * peak_N / SyntheticRun::area_m2() * 1e-3 / kC0_F * 100;
 }
 
-// The force grows to this, and nothing more is recorded.
+// The force grows to `force_N`, and nothing more is recorded.
 void break_off_at(SyntheticRun& run, double force_N) {
   const double begin_s = run.t_s;
   const auto force = [begin_s](double t) { return (t - begin_s) / 4; };

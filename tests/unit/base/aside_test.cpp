@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A job that ends only after the loop did something else: on the loop's own thread it never would.
+// The job ends only after the loop did something else. On the loop's own thread it would never end.
 TEST(Aside, TheLoopServesOthersWhileAJobWorks) {
   asio::io_context io;
   RealClock clock;
@@ -64,7 +64,7 @@ TEST(Aside, ABugOfTheJobIsABugOfWhoeverAsked) {
   EXPECT_THROW(run_task(io, run_aside(io.get_executor(), clock, job)), std::logic_error);
 }
 
-// A cancelled caller waits for the job, because the job uses what is his; the loop goes on.
+// A cancelled caller waits for the job, which uses what belongs to the caller. The loop goes on.
 TEST(Aside, ACallerThatIsCancelledLeavesNothingBehind) {
   asio::io_context io;
   RealClock clock;
@@ -94,7 +94,7 @@ TEST(Aside, ACallerThatIsCancelledLeavesNothingBehind) {
   EXPECT_EQ(turns, 20) << "the loop stood still while the job worked";
 }
 
-// The result of an abandoned job is destroyed where it works; the loop may be gone.
+// The result of an abandoned job is destroyed on the job's thread, as the loop may be gone.
 TEST(Aside, AnAbandonedJobCleansUpBehindItself) {
   std::promise<void> released, destroyed;
   auto release = released.get_future().share();

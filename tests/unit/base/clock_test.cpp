@@ -141,7 +141,7 @@ Task<> take_bytes(Socket& from, std::size_t n, std::string& taken) {
   }
 }
 
-// The program has no processor until the wait is 100 ms overdue: the bytes come in the meantime.
+// The program gets no processor until the wait is 100 ms overdue. The bytes arrive in the meantime.
 Task<std::size_t> taken_when_the_time_came(Clock& clock, Socket& far, const std::string& taken) {
   const auto executor = co_await asio::this_coro::executor;
   asio::post(executor, [&far, &clock, back = clock.now() + 105ms] {

@@ -60,8 +60,8 @@ TEST(DecimalShift, ThereAndBackIsTheSameDouble) {
   }
 }
 
-// The text shifted by +12 and the text shifted by 0 are the same digits: appending e-12 to the
-// first must read back as the stored double, exactly.
+// Shifting by +12 gives the same digits as shifting by 0: with e-12 appended, the first text must
+// read back as exactly the stored double.
 TEST(DecimalShift, ShiftingOnlyMovesThePoint) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> mantissa(-10, 10);

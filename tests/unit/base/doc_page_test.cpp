@@ -24,7 +24,7 @@ TEST(DocPage, IsTheInstalledOneWhereThereIsOne) {
   EXPECT_EQ(doc_page_in(dir.file("docs"), "faults"), "docs/faults.md");
 }
 
-// Of the programs that people start; who writes a client of the daemon has the sources.
+// Of the programs that people start. Whoever writes a client of the daemon has the sources.
 TEST(DocPage, IsWhatEveryMessageNames) {
   const std::regex literal("\"[^\"\n]*docs/[a-z-]+\\.md"), call("doc_page\\(\"([a-z-]+)\"\\)");
   int pages = 0;

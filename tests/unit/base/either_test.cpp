@@ -51,7 +51,7 @@ TEST(Either, GivesTheResultOfTheSecond) {
   EXPECT_EQ(clock.now().time_since_epoch(), 2s);
 }
 
-// The clock's wait ends early when it is cancelled, and the loser then runs to its end.
+// The clock's wait ends early when it is cancelled. The loser then runs to its end.
 TEST(Either, WaitsForTheEndOfTheLoser) {
   VirtualClock clock;
   asio::io_context io;

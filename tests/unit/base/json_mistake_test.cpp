@@ -184,7 +184,7 @@ TEST(JsonMistake, ALongLineIsCutAroundThePlace) {
   EXPECT_EQ(detail.substr(caret - 1, 3), "1 2");
 }
 
-// Nothing is called a mistake that the parser takes.
+// What the parser accepts is not called a mistake.
 TEST(JsonMistake, AGoodTextHasNone) {
   for (const char* text :
        {"{}", "[]", "1", "\"a\"", "{\"a\": [1, -2.5e-3, true, null, \"\\u00fc\\\\\"]} // end",

@@ -17,11 +17,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Takes nothing before it is released.
+// A journal that accepts nothing until it is released.
 class HangingJournal final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   void release() { released_.set_value(); }
-  std::vector<std::string> lines;  // once nobody writes any more
+  std::vector<std::string> lines;  // read only when nobody writes any more
 
  protected:
   void sink_it_(const spdlog::details::log_msg& msg) override {

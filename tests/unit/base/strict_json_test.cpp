@@ -95,8 +95,8 @@ TEST(StrictJson, DepthAndSizeAreLimited) {
   EXPECT_THAT(error_of(std::string(kJsonSizeMax + 1, ' ')), HasSubstr("expected at most 4194304"));
 }
 
-// A place is kept for every value: a file of 1 MB must not become gigabytes of them, or minutes of
-// comparing names.
+// A position is kept for every value. A file of 1 MB must not become gigabytes of positions, or
+// take minutes to compare names.
 TEST(StrictJson, ASmallFileCannotEatAllMemory) {
   std::string zeros = "0", members;
   for (int i = 0; i < 200'000; ++i) zeros += ",0";
@@ -201,7 +201,7 @@ TEST(JsonReader, UnknownKeysAreRefusedWithTheKnownOnes) {
               HasSubstr("unknown key `banana`, expected speed"));
 }
 
-// 200 kPa taken for 200 Pa would be a correct file: a unit is never guessed.
+// 200 kPa read as 200 Pa would be a valid file, so a unit is never guessed.
 TEST(JsonReader, AUnitThatNobodyWroteIsNeverProposed) {
   const auto read = [](const JsonReader& r) {
     (void)r.optional_quantity("stiffness", Dimension::stiffness);
@@ -362,7 +362,7 @@ TEST(StrictJson, LinesThatEndWithCarriageReturnsAreCounted) {
   const auto d = parsed("// one\r{ \"a\":\r 1 }");
   EXPECT_EQ(d.key_position("/a").line, 2);
   EXPECT_EQ(d.value_position("/a").line, 3);
-  EXPECT_EQ(d.excerpt(d.key_position("/a")), "{ \"a\":\n  ^");
+  EXPECT_EQ(excerpt(d.text(), d.key_position("/a")), "{ \"a\":\n  ^");
 }
 
 TEST(TextFile, APipeGivesWhatIsWrittenAndIsNotWaitedForWithoutAWriter) {

@@ -67,7 +67,7 @@ TEST(CheckText, RefusesWhatIsTooLongNoUtf8OrHoldsANul) {
   EXPECT_THAT(error({"a\0b", 3}).what, HasSubstr("NUL"));
 }
 
-// One message, one line, whatever it quotes: for the journal and for a terminal.
+// One message is one line, whatever it quotes, in the journal and on a terminal.
 TEST(Log, AMessageIsOneHarmlessLine) {
   for (const bool journal : {true, false}) {
     std::ostringstream out;

@@ -21,7 +21,7 @@ PlannedRun readings_of(const std::string& steps) {
   return *run;
 }
 
-// The run labels its levels with the forces that are held; so does the budget.
+// The run labels its levels with the forces that are held, and so does the budget.
 TEST(PlannedRunOf, AHoldThatGoesToItsForceMakesALevel) {
   const std::string ramp = R"({"id":"l","do":"ramp","to":{"force_N":0.4},"force_rate_N_s":0.1,
                                "timeout_s":60},)",
@@ -38,7 +38,7 @@ TEST(PlannedRunOf, AHoldThatGoesToItsForceMakesALevel) {
   EXPECT_NEAR(run.cycles[0].peak_kPa, 0.8 * kPa_per_N, 1e-9);
 }
 
-// Of 0.02 and 0.8 N, the first is below a twentieth of the largest: no loading yet, but a level.
+// Of 0.02 and 0.8 N the first is below a twentieth of the largest: no loading, but a level.
 TEST(PlannedRunOf, ALevelBelowTheEdgeOfACycleIsOne) {
   const std::string levels = R"({"id":"g","do":"set_gap","gap_mm":0.1},
         {"id":"pass","do":"repeat","count":2,"steps":[

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Predictions against sums done by hand.
+// Compares predictions with sums done by hand.
 #include "budget/prediction.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ PlannedRun straight_run() {
   return run;
 }
 
-// 10, 20, 30 kPa, `readings` each, `repeats` times; a cycle for each repeat.
+// Levels of 10, 20, 30 kPa with `readings` each, `repeats` times; one cycle for each repeat.
 PlannedRun static_run(double readings, int repeats) {
   PlannedRun run = straight_run();
   for (int r = 0; r < repeats; ++r) {
@@ -61,8 +61,8 @@ TEST(Budget, SlopeOfThreeLevelsIsTheTextbooks) {
   EXPECT_THAT(p[0].standard_error, DoubleNear(10 / std::sqrt(200), 1e-12));
 }
 
-// A level of 10 kPa more comes 5 s later: an error of the rate of drift turns the slope by half of
-// it, alike in all repeats.
+// Each level comes 5 s after one that is 10 kPa lower. An error of the drift's rate therefore
+// changes the slope by half of it, in all repeats alike.
 TEST(Budget, SlopeHasTheErrorOfTheDriftThatIsSubtracted) {
   PlannedRun run = static_run(1600, 4);
   for (std::size_t i = 0; i < run.levels.size(); ++i) {
@@ -77,8 +77,8 @@ TEST(Budget, SlopeHasTheErrorOfTheDriftThatIsSubtracted) {
   const double own = 1 / std::sqrt(4 * 200.0);
   const double rate_fF_s = 40 / std::sqrt(100 * (60 * 60 + 20 * 20) * 2.0);
   EXPECT_THAT(p.standard_error, DoubleNear(std::hypot(own, 0.5 * rate_fF_s), 1e-12));
-  // It is known, so the interval is narrower than if the repeats had to tell it.
-  EXPECT_LT(p.half_width, p.standard_error * expected_half_width(4, 0.95));
+  // The drift's error is known, so the interval is narrower than if repeats had to determine it.
+  EXPECT_LT(p.half_width, p.standard_error * coverage_factor(0.95, 3));
   EXPECT_GT(p.half_width, 1.96 * p.standard_error);
   EXPECT_GE(p.uncertainty.expanded, p.half_width);
   run.rests.resize(1);
@@ -102,8 +102,9 @@ TEST(Budget, NoiseOfTheForceCounts) {
 }
 
 TEST(Budget, DynamicRangeOfPlateaus) {
-  // Peak 25 readings in 2.5 s, rest 100: variance 1600 (1/25 + 1/100) fF2 for each of 4 cycles. The
-  // first rest is that of C0, too: its quarter grows by the range, 60 fF of 4000.
+  // The peak has 25 readings in 2.5 s and the rest 100: variance 1600 (1/25 + 1/100) fF2 for each
+  // of 4 cycles. The first rest also determines C0, so its quarter grows by the range, 60 fF of
+  // 4000.
   const auto p = predict(static_run(25, 4));
   const Prediction& range = p.back();
   ASSERT_EQ(range.quantity, "dynamic range");
@@ -113,8 +114,8 @@ TEST(Budget, DynamicRangeOfPlateaus) {
   EXPECT_THAT(range.standard_error, DoubleNear(std::sqrt(variance) / 4000 * 100, 1e-12));
 }
 
-// Two rests of 100 readings, a cycle from the first to the middle between them: half of what the
-// second rest errs by is taken for drift, and the first one counts half.
+// Two rests of 100 readings, with a peak halfway between them. Half of the second rest's error
+// counts as drift, and the first rest counts half.
 TEST(Budget, WhatTheRestsErrByIsTakenForDrift) {
   PlannedRun run = static_run(25, 1);
   run.cycles[0].peak_s = 50;
@@ -125,7 +126,7 @@ TEST(Budget, WhatTheRestsErrByIsTakenForDrift) {
               DoubleNear(std::sqrt(variance) / 4000 * 100, 1e-9));
 }
 
-// As in the analysis: the readings of a level that has ten, without those of the hold before it.
+// As in the analysis: if a level has ten readings, those of the hold before it do not count.
 TEST(Budget, APlateauIsThatOfItsLevel) {
   PlannedRun run = static_run(25, 1);
   run.cycles[0].rising.back().is_level = true;
@@ -136,16 +137,16 @@ TEST(Budget, APlateauIsThatOfItsLevel) {
   EXPECT_LT(predict(run).back().standard_error, alone);
 }
 
-// The analysis takes no mean of fewer than ten readings: the fit's value is less certain.
+// The analysis takes no mean of fewer than ten readings. The value of a fit is less certain.
 TEST(Budget, AShortPlateauIsFitted) {
   const double fitted = predict(static_run(9, 1)).back().standard_error;
   const double mean = predict(static_run(10, 1)).back().standard_error;
-  // The upper half has two forces, which do not tell slope and bend: one reading is left.
+  // The upper half has two forces, too few for slope and bend: this is as good as one reading.
   EXPECT_GT(fitted, 2 * mean);
 }
 
 TEST(Budget, SlopeOfAContinuousLoading) {
-  // 0.1 mm in 10 s: 10 kPa/s, a reading every kPa; between 5 kPa (a twentieth of the peak) and 30.
+  // 0.1 mm in 10 s, or 10 kPa/s: a reading every kPa, from 5 kPa (a twentieth of the peak) to 30.
   PlannedRun run = straight_run();
   PlannedCycle cycle;
   cycle.peak_kPa = 100;
@@ -173,7 +174,7 @@ TEST(Budget, FewerReadingsUnderLoadMakeTheRangeWorse) {
   EXPECT_LT(slow, 1.0 / 40 * 40);  // better than one reading: 1 %
 }
 
-// 10 kPa/s, and the nearest sample of 50 Hz up to 10 ms from the turn: up to 0.1 kPa, all alike.
+// At 10 kPa/s the nearest sample of 50 Hz is up to 10 ms, or 0.1 kPa, from the turn.
 TEST(Budget, WhichSampleIsTheHighestIsChance) {
   PlannedRun run = straight_run();
   run.reading_noise_F = 1e-20;
@@ -191,8 +192,8 @@ TEST(Budget, WhichSampleIsTheHighestIsChance) {
   EXPECT_LT(predict(run).back().standard_error, 0.01 * turned.standard_error);
 }
 
-// The bend that all loadings share is taken out; what is bent further is seen by readings at other
-// pressures as another slope.
+// The bend that all loadings share is taken out. A curve of higher order gives readings at other
+// pressures another slope.
 TEST(Budget, WhereTheReadingsFallIsChance) {
   PlannedRun run = straight_run();
   run.reading_noise_F = 1e-20;
@@ -208,7 +209,7 @@ TEST(Budget, WhereTheReadingsFallIsChance) {
 }
 
 // Each value is found 2 ms later than the one before, up to 20 ms, while the pressure grows by 50
-// kPa/s: against many pairs of loadings.
+// kPa/s. The prediction is compared with many pairs of loadings.
 TEST(Budget, ValuesThatAreFoundLaterAndLaterMakeTheSlopesScatter) {
   PlannedRun run = straight_run();
   run.reading_noise_F = 1e-20;
@@ -270,8 +271,8 @@ TEST(Budget, ForceClassIsRectangular) {
   FAIL() << "no part for the force";
 }
 
-// Normal deviates of given size, many times: the expectation must be the mean of Student's t times
-// their standard deviation.
+// Averages over many sets of normal deviates of given size. The expectation must be the mean of
+// Student's t times their standard deviation.
 TEST(Budget, HalfWidthIsWhatTheSlopesOfRepeatsGiveInTheMean) {
   std::mt19937_64 random(3);
   for (const int repeats : {2, 3, 4, 8}) {
@@ -279,9 +280,15 @@ TEST(Budget, HalfWidthIsWhatTheSlopesOfRepeatsGiveInTheMean) {
     double sum = 0;
     for (int i = 0; i < 20'000; ++i) sum += std::sqrt(squares(random) / (repeats - 1));
     const double expected = coverage_factor(0.95, repeats - 1) * sum / 20'000;
-    EXPECT_NEAR(expected_half_width(repeats, 0.95) / expected, 1, 0.02) << repeats;
+    PlannedRun run = static_run(16, repeats);
+    for (std::size_t i = 0; i < run.levels.size(); ++i) {
+      run.levels[i].repeat = static_cast<int>(i / 3) + 1;
+    }
+    const Prediction p = predict(run)[0];
+    EXPECT_NEAR(p.half_width / p.standard_error / expected, 1, 0.02) << repeats;
   }
-  EXPECT_NEAR(expected_half_width(1, 0.95), 1.96, 0.001);
+  const Prediction once = predict(static_run(16, 1))[0];
+  EXPECT_NEAR(once.half_width / once.standard_error, 1.96, 0.001);
 }
 
 TEST(Budget, OnePressureHasNoSlope) {
@@ -302,7 +309,7 @@ TEST(Budget, MissingFactsAreRefused) {
   EXPECT_FALSE(predict_errors(run));
 }
 
-// The frame moves at constant speed, the specimen stiffens: the rate of pressure grows with it.
+// The frame moves at constant speed and the specimen stiffens, so the rate of pressure grows.
 TEST(Budget, CyclesHaveThePartsThatTheAnalysisHas) {
   PlannedRun run = straight_run();
   run.reading_noise_F = 1e-20;
@@ -325,7 +332,7 @@ TEST(Budget, CyclesHaveThePartsThatTheAnalysisHas) {
   EXPECT_NEAR(part(p[2], "turn within a window"), 2 * 20 * 0.1 / 12 / 4000 * 100, 1e-4);
 }
 
-// The force grows evenly, and the curve bends: 10 kPa/s times the change of the slope.
+// The force grows evenly and the curve bends: 10 kPa/s times the change of the slope.
 TEST(Budget, TheInstantMovesTheSlopeOfABentCurve) {
   PlannedRun run = straight_run();
   run.reading_noise_F = 1e-20;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is proposed for a target.
+// What the search proposes for a target.
 #include "budget/search.hpp"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ Budget reckoned(const std::string& name, double target, const ParameterValues& c
       {protocol, environment, rig, curve, {Aperture::fast}, {100e3}, target, AnalysisOptions()});
 }
 
-// One cycle scatters little enough, but says nothing of what differs between cycles.
+// One cycle scatters little enough, but says nothing about differences between cycles.
 TEST(Search, OneCycleIsNotProposed) {
   const Budget b = reckoned("dynamic-cycles", 0.5);
   ASSERT_TRUE(b.cheapest);
@@ -45,7 +45,7 @@ TEST(Search, OneCycleThatIsAskedForSaysWhatItCannotKnow) {
   EXPECT_FALSE(b.settings[0].planned.meets(0.5));
 }
 
-// One range of three lies beyond every peak; the others are met.
+// One range of three lies beyond every peak; the others meet the target.
 TEST(Search, AResultThatCannotBePredictedIsUnmet) {
   const auto protocol = load_protocol("protocols/library/dynamic-cycles.json").value();
   const auto environment = bind_parameters(protocol, {}).value();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answers that a rehearsal is given are judged like those of people, before anything runs.
+// The answers given to a rehearsal are checked like those of people, before anything runs.
 #include "daemon/rig/answers.hpp"
 
 #include <gmock/gmock.h>

@@ -113,7 +113,7 @@ TEST_F(Reload, NamesOneByOneWhatNeedsARestart) {
   EXPECT_THAT(waiting(), IsEmpty());
 }
 
-// A probe that belongs to another frame is not put on this one.
+// A probe that belongs to another frame is not mounted on this one.
 TEST_F(Reload, NeverTakesHalfARig) {
   file_["frame"]["port"] = "tcp://192.0.2.11:4710";
   file_["fixture"]["probe_diameter_mm"] = 5.0;
@@ -172,7 +172,7 @@ TEST_F(Reload, ViewSurvivesTheSocket) {
   }
 }
 
-// A new key of the file is added here, with what a change of it asks for.
+// Add a new key of the file here, together with what a change of it requires.
 TEST_F(Reload, KnowsEveryKeyOfTheFile) {
   file_ = json::parse(R"({"format": "lcrigd-config/1", "database": "/a.db", "socket": "/s",
     "log_level": "warn", "metrics_file": "/m", "wire_log_directory": "/w",

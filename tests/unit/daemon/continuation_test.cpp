@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Its numbers, and the specimen on the rig, are those of where it was recorded.
+// Its numbers, and the specimen on the rig, belong to the place where it was recorded.
 TEST(Continuation, OfARunThatWasCopiedIsRefused) {
   const TempDir dir;
   {

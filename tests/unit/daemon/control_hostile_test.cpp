@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Garbage, floods, and clients that do not read: the server lives and the others are served.
+// Garbage, floods, and clients that do not read: the server survives, and other clients are served.
 #include "tests/support/hostile_texts.hpp"
 #include "tests/unit/daemon/control_server.hpp"
 
@@ -67,7 +67,7 @@ TEST_F(Control, DeepNestingIsHarmless) {
   EXPECT_TRUE(client.call(request("version")).contains("result"));
 }
 
-// A copy of such a value would go as deep as the stack of the daemon.
+// Copying such a value would recurse as deeply as the daemon's stack allows.
 TEST_F(Control, TheStructureOfAMessageIsLimited) {
   RawClient client(io, path);
   const auto deep = std::string(400'000, '[') + std::string(400'000, ']');
@@ -169,7 +169,7 @@ TEST_F(Control, TooManyCallsOfOneClientAreRefused) {
   EXPECT_TRUE(other.call(request("run.abort")).contains("result"));  // and lets the two go on
 }
 
-// A call of more than 6000 bytes that is held up.
+// A call of more than 6000 bytes that the server holds up.
 std::string long_start() {
   const nlohmann::json params{
       {"protocol", "p"}, {"specimen", "s"}, {"protocol_text", std::string(6'000, ' ')}};

@@ -56,7 +56,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   EXPECT_EQ(back->queue->gate, QueueGate::time);
 }
 
-// Its states were sentences, and it did not say how they are known.
+// An older daemon sent states as sentences, and did not say how they are known.
 TEST(ControlMessages, OfAnOlderDaemonWhatIsThereIsRead) {
   const auto old = parse_daemon_status(json::parse(R"({"version":"0.9","database":"/x.db",
       "instruments":[{"name":"lcr","port":"serial:1:2","state":"ready","identity":"GW","age_s":3},

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A control server on a socket of its own, and clients that send what they like.
+// A control server on a socket of its own, and clients that can send anything. Used by the tests of
+// the control socket.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -21,7 +22,7 @@
 
 namespace lcrig {
 
-// Drives `io` by itself, so that a test needs no thread and no sleep.
+// Drives `io` by itself, so a test needs no thread and no sleep.
 class RawClient {
  public:
   RawClient(asio::io_context& io, const std::string& path) : io_(io) {
@@ -41,12 +42,12 @@ class RawClient {
     while (!bytes.empty() && std::chrono::steady_clock::now() < end) {
       const auto n = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
       if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
-      if (n < 0 && errno != EAGAIN) return;  // cut off by the server: the test looks at answers
+      if (n < 0 && errno != EAGAIN) return;  // the server hung up; the test looks at the answers
       pump();
     }
   }
   void half_close() { ::shutdown(fd_, SHUT_WR); }
-  // Fails the test when no line comes.
+  // Fails the test if no line comes.
   nlohmann::json read() {
     const auto end = deadline();
     for (;;) {
@@ -64,7 +65,7 @@ class RawClient {
     send(line + "\n");
     return read();
   }
-  // True when the server closed; what came before is thrown away.
+  // True if the server closed the connection. What arrived before is discarded.
   bool sees_end() {
     const auto end = deadline();
     while (receive()) {

@@ -77,7 +77,7 @@ TEST_F(Control, AnErrorCarriesCodeMessageAndHint) {
   EXPECT_EQ(data["remark"], "what goes on");
 }
 
-// Words alone name no command that a client could complete.
+// Words alone contain no command that a client could complete.
 TEST_F(Control, AHintWithoutACommandIsWordsAlone) {
   handler.next_error = Error(Errc::limit_tripped, "force");
   RawClient client(io, path);
@@ -155,7 +155,7 @@ TEST_F(Control, AWatcherGetsStatusEventsAndTheEndInOrder) {
   note.event = RunEvent(MonoTime(5ns), EventKind::limit, "load", "force");
   server->publish_event(note);
   EXPECT_EQ(watcher.read()["params"]["kind"], "limit");
-  server->publish_status(status);  // overtaken by the end
+  server->publish_status(status);  // this is overtaken by the end
   RunOutcome ended;
   ended.run = 7;
   ended.exit_status = ExitStatus::abort;

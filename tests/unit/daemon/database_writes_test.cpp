@@ -42,7 +42,7 @@ TEST_F(Writes, AreOneAfterTheOther) {
   EXPECT_EQ(run(writes.add_specimen(one_level().specimen_text, ada_)).value(), "paper-1");
 }
 
-// What was refused holds up nothing.
+// A refused request must not hold up the others.
 TEST_F(Writes, GoOnAfterARefusal) {
   EXPECT_EQ(run(writes.note_run(99, "x", ada_)).error().code, Errc::invalid_request);
   EXPECT_THAT(run(writes.add_specimen("{}", ada_)).error().what, HasSubstr("specimen"));

@@ -84,7 +84,7 @@ TEST_F(Beat, TellsTheManagerWhatTheRunDoes) {
   clock.run(io, [this] { return use.is_idle(); });
 }
 
-// A driver with a bug: it stops the frame in its own time.
+// A driver with a bug: it takes its own time to stop the frame.
 class StuckFrame final : public LoadFrame {
  public:
   StuckFrame(LoadFrame& inner, Clock& clock, const bool& stuck)

@@ -82,7 +82,7 @@ TEST_F(Known, DataMakeItFreshButBringNobodyBack) {
   EXPECT_EQ(lcr(4).age_s, 0.0);
   rig.failed(Instrument::lcr, silent, Learned(LearnedBy::run, 4));
   pass(1s);
-  rig.heard(Instrument::lcr);  // what was on its way
+  rig.heard(Instrument::lcr);  // an answer that was still on its way
   EXPECT_EQ(lcr(4).condition, InstrumentCondition::absent);
   EXPECT_NEAR(lcr(4).age_s.value_or(0), 1, 1e-6);
 }

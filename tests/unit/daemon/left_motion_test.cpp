@@ -18,7 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A daemon was killed in the middle of a run that commanded the frame.
+// A daemon was killed in the middle of a run in which it commanded the frame.
 class LeftMotion : public testing::Test {
  protected:
   void SetUp() override {

@@ -54,7 +54,7 @@ TEST(Metrics, HoldWhatIsKnownAndNothingElse) {
                           HasSubstr("lcrig_wal_bytes 4096\n")));
 }
 
-// Every line is a comment or a sample, and every sample comes behind the type of its family.
+// Every line is a comment or a sample, and every sample follows the type of its family.
 TEST(Metrics, AreInTheFormatOfPrometheus) {
   Metrics metrics;
   metrics.status.version = "a\"b\\c\nz";

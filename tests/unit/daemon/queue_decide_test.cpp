@@ -55,7 +55,7 @@ TEST(NextAct, BeginsTheHeadWhenItsSpecimenIsOnAndAPersonIsThere) {
   EXPECT_EQ(std::get<Begin>(act).entry, 4);
 }
 
-// Every combination: an entry begins only in one of them, and by itself only where it may.
+// Tries every combination. An entry begins only in one of them, and by itself only where it may.
 TEST(NextAct, OfEveryCombinationBeginsOnlyWhatMay) {
   int begun = 0;
   for (const bool going : kBoth)
@@ -189,7 +189,7 @@ TEST(DayWindow, KnowsWhenItBeginsAlsoPastMidnight) {
   const auto night = parse_day_window("18:00-06:30");
   ASSERT_TRUE(night);
   EXPECT_EQ(to_string(*night), "18:00-06:30");
-  // By its own arithmetic: the minute of the day as the C library has it.
+  // By its own arithmetic: the minute of the day from the C library.
   const auto minute = [](std::int64_t t) {
     const auto seconds = static_cast<std::time_t>(t);
     std::tm local{};
@@ -238,7 +238,7 @@ TEST(Aftermath, ASuccessGoesOnAndForgetsEarlierFailures) {
   EXPECT_EQ(after.failures_in_row, 0);
 }
 
-// Safety comes before whatever a batch says.
+// Safety takes precedence over whatever a batch says.
 TEST(Aftermath, EveryHazardHoldsUnderEveryTermsWhateverTheStatus) {
   for (const Hazard hazard : kHazards)
     for (const OnFailure policy : kPolicies)
@@ -251,7 +251,7 @@ TEST(Aftermath, EveryHazardHoldsUnderEveryTermsWhateverTheStatus) {
               outcome.hazard = hazard;
               const auto after = aftermath_of(outcome, terms_of(policy, unattended), 1, 0);
               ASSERT_TRUE(after.hold);
-              EXPECT_EQ(to_string(*after.hold), to_string(hazard));
+              EXPECT_EQ(after.hold, hazard);
               EXPECT_THAT(after.why, HasSubstr("the reason"));
               EXPECT_NE(after.state, EntryState::skipped);
             }
@@ -273,7 +273,7 @@ TEST(Aftermath, ByDefaultEveryFailureHolds) {
     for (const bool begun : kBoth) {
       const auto after = aftermath_of(failed(code, begun), QueueTerms(), 1, 0);
       EXPECT_TRUE(after.hold) << to_string(code);
-      // A person who stopped it before it began did not say that it failed.
+      // A person who stopped a run before it began did not say that it failed.
       const bool stopped = !begun && code == Errc::aborted;
       EXPECT_EQ(after.state, stopped ? EntryState::waiting : EntryState::failed) << to_string(code);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queue keeps of the rig: plans, and the instruments of the turns before.
+// What the queue remembers of the rig: plans, and the instruments of earlier turns.
 #include "daemon/queue/plans.hpp"
 
 #include <gmock/gmock.h>

@@ -12,7 +12,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Every turn ends at once, as the test says.
+// Every turn ends at once, in the way that the test sets.
 class Host final : public QueueHost {
  public:
   bool is_running() const override { return false; }
@@ -89,7 +89,7 @@ TEST_F(Runner, TakesEntriesInTheirOrderAndEndsEmpty) {
   place.where = QueuePlace::Where::first;
   ASSERT_TRUE(run(runner.move(second, place, ada_)));
   start();
-  // One more consent: each turn that moves the frame wants a person.
+  // A second consent, because each turn that moves the frame needs a person.
   ASSERT_TRUE(run(runner.answer("yes", std::nullopt, ada_)));
   pass(std::chrono::seconds(30));
   EXPECT_THAT(host.turns, ElementsAre(second, first));

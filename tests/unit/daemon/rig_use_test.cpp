@@ -74,7 +74,7 @@ Task<> wait_for_idle(RigUse& use, std::vector<std::string>& told) {
   told.push_back("who waited");
 }
 
-// What waits for an idle rig (a new config) is done before anybody else may use it.
+// Work that waits for an idle rig (a new config) is done before anybody else may use the rig.
 TEST_F(Use, TellsItsOwnerBeforeThoseWhoWait) {
   std::vector<std::string> told;
   RigUse::Listener listener;

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 class Rescue : public AppPartsTest {
  protected:
   void SetUp() override {}
-  // Opens the database, in which a run was found without an end, or none was.
+  // Opens the database. With `orphan` it contains a run without an end.
   void open(bool orphan) {
     if (orphan) {
       const auto db = open_read_write(database).value();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of people that begin a run, continue one, or look at the rig, beside a queue.
+// Requests by people to begin a run, to continue one or to look at the rig, while there is a queue.
 #include "daemon/app/run_requests.hpp"
 
 #include <gmock/gmock.h>
@@ -39,7 +39,7 @@ class Requests : public AppPartsTest {
     ASSERT_TRUE(added) << added.error().what;
   }
   void start_queue() { ASSERT_TRUE(run(turns.runner()->start(HeadChoice::none, ada_))); }
-  // Asks while somebody else has the rig, who gives it back only after the queue was started.
+  // Makes a request while somebody has the rig, who gives it back only after the queue started.
   template <class T>
   Result<T> after_the_queue_was_started(Task<Result<T>> request) {
     queue_one();
@@ -140,7 +140,7 @@ TEST_F(Requests, ToContinueWantARunThatWasCutOff) {
   EXPECT_TRUE(use.is_idle());
 }
 
-// The database as a crash leaves it in the run, and the daemon after it.
+// The database as a crash leaves it during the run, and the daemon that finds it.
 TEST_F(Requests, ContinueARunThatWasCutOff) {
   const auto started = run(requests.start_run(one_level(), ada_));
   ASSERT_TRUE(started) << started.error().what;

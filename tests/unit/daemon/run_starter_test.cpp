@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that begin or do not, and the stops of people meanwhile.
+// Runs that begin or fail to, and stops by people in the meantime.
 #include "daemon/app/run_starter.hpp"
 
 #include <gmock/gmock.h>
@@ -224,7 +224,7 @@ constexpr const char* kTwoQuestions = R"({ "format": "load-protocol/1", "name": 
     { "id": "rest", "do": "measure", "count": 3, "within_s": 2 } ],
   "finally": [] })";
 
-// The name of one user is looked up until the test knows it.
+// The look-up of one user's name takes until the test releases it.
 class SlowName : public AppAnswers {
  protected:
   SlowName() {
@@ -235,7 +235,7 @@ class SlowName : public AppAnswers {
     begin(named_.close(1s));
     AppAnswers::TearDown();
   }
-  // Ends once `name_bob` was called.
+  // Ends once `name_bob` has been called.
   void confirm_slowly() {
     begin(keep(slow_.confirm(bob_), late_));
     io.poll();

@@ -35,7 +35,7 @@ bool may_lock() {
   return limit.rlim_cur == RLIM_INFINITY || (rights >> CAP_IPC_LOCK & 1) != 0;
 }
 
-// Each in a process of its own.
+// Each runs in a process of its own.
 int locked_with_rights() {
   return lock_memory() && locked_MB() > 1 ? 0 : 1;
 }
@@ -46,7 +46,7 @@ int locked_without_rights() {
   const rlimit small{65536, 65536};
   ::setrlimit(RLIMIT_MEMLOCK, &small);
   if (lock_memory() || locked_MB() != 0) return 1;
-  const std::vector<char> memory(100'000'000, 'x');  // is still to be had
+  const std::vector<char> memory(100'000'000, 'x');  // memory can still be had
   return memory.back() == 'x' ? 0 : 2;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A database that is locked or moved by somebody while a run is recorded into it, up to its end.
+// Somebody locks or moves the database while a run is recorded into it, up to the end of the run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short"
     { "id": "level", "do": "measure", "count": 20, "within_s": 8 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -1 }, "speed_mm_s": 2, "timeout_s": 60 } ] })";
 
-// Another program takes the lock in the last step, and holds it until the end of the run beats.
+// Another program takes the lock in the last step and holds it while the end of the run waits.
 class LockedEnd : public SessionWorld {
  public:
   LockedEnd() : SessionWorld(kShort) {
@@ -34,7 +34,7 @@ class LockedEnd : public SessionWorld {
   bool beat() const { return beat_; }
 
  private:
-  // The rows of the run wait in vain, which ends it; those of its end do not.
+  // The rows of the run wait in vain, which ends it. The rows of its end do not.
   void adjust(SimRequest& /*sim*/, Recorder::Options& recorder) override {
     recorder.lock_attempt = 20ms;
     recorder.lock_patience = 2s;
@@ -44,7 +44,7 @@ class LockedEnd : public SessionWorld {
     ASSERT_TRUE(other_.execute("BEGIN IMMEDIATE"));
     watch();
   }
-  // The run is over when its own time stands still while the daemon counts beats.
+  // The run is over once its own time stands still while the daemon counts beats.
   void watch() {
     if (clock.now() != at_) {
       at_ = clock.now();

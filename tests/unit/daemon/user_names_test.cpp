@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A directory service that does not answer holds up nobody but who waits for its answer.
+// A directory service that does not answer holds up only those who wait for its answer.
 #include "daemon/control/user_names.hpp"
 
 #include <atomic>

@@ -58,7 +58,7 @@ struct Stage {
     EXPECT_TRUE(player.is_idle());
     EXPECT_EQ(clock.pending(), 0U);
   }
-  // Numbers of the answers, of n, that something happened to.
+  // Which of n answers something happened to.
   std::vector<int> hit(int n) {
     std::vector<int> out;
     for (int i = 1; i <= n; ++i) {

@@ -301,7 +301,7 @@ TEST(Lcr6100, CorrectionsEndWithPassOrWithTheMetersWord) {
   EXPECT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
 }
 
-// The meter measures, and leaves it to a command of its own whether the result is used.
+// The meter measures the correction; a separate command decides whether it is used.
 TEST(Lcr6100, ACorrectionThatTheMeterDoesNotSwitchOnIsRefused) {
   MeterBench bench;
   ASSERT_TRUE(bench.run(bench.meter->identify()));
@@ -344,7 +344,7 @@ TEST(Lcr6100, AMeterThatDoesNotKnowTheQuestionLeavesItsCorrectionsUnknown) {
   EXPECT_EQ(bench.run(bench.meter->corrections()).error().code, Errc::disconnected);
 }
 
-// A power cut takes no correction away from a meter that keeps them.
+// A power cut does not remove the corrections of a meter that stores them.
 TEST(Lcr6100, ACorrectedMeterStaysCorrected) {
   SimConfig config;
   config.corrected = true;
@@ -355,7 +355,7 @@ TEST(Lcr6100, ACorrectedMeterStaysCorrected) {
   EXPECT_EQ(bench.run(bench.meter->corrections())->short_circuit, true);
 }
 
-// The pause between two questions was taken for a slow meter.
+// The pause between two questions was once taken for a slow meter.
 TEST(Lcr6100, AMeterThatIsAskedSeldomIsNotSetUpAgain) {
   MeterBench bench;
   LcrSettings s = fast_polling();

@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// How long after its conversion each new value is asked for, of a meter with a perfect clock.
+// How long after its conversion each new value is asked for, if the meter's clock is perfect.
 std::vector<Duration> delays(Duration period, int values) {
   std::vector<Duration> out;
   out.reserve(static_cast<std::size_t>(values));
@@ -35,7 +35,7 @@ std::vector<Duration> delays(Duration period, int values) {
   return out;
 }
 
-// The budget of quick loadings reckons with it. Answers come at once, as from the simulated meter.
+// The budget of quick loadings uses this figure. Answers come at once, as from the simulated meter.
 TEST(PaceOfAMeter, AsksLaterAndLaterUntilItAsksEarlierAgain) {
   for (const Duration period : {65ms, 120ms}) {
     const auto found = delays(period, 1000);

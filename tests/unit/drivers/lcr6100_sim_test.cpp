@@ -73,7 +73,7 @@ TEST_F(Dialect, CaseLongFormsAndJoinedCommandsAreUnderstood) {
   EXPECT_EQ(ask("FREQ?"), "1.000000e+05");
 }
 
-// ../shared/reference/lcr-6100.md, 4.3, made from the tables by hand: at 1 V, without Kf.
+// ../shared/reference/lcr-6100.md, 4.3, calculated from the tables by hand: at 1 V, without Kf.
 TEST(SimulatedMeter, ErrsByNoMoreThanItsManualAllows) {
   struct Row {
     double pF, frequency_Hz, fast_pF, medium_pF;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real clock: the kernel delivers the bytes of a pty when it likes.
+// Uses the real clock, because the kernel decides when the bytes of a pty arrive.
 #include "drivers/port.hpp"
 
 #include <fcntl.h>

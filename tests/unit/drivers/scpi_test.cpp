@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view kIdentity = "LCR-6100,REV E8.13,GEZ883880,Good Will Co., Ltd.";
 
-// Trouble with one answer. The instrument answers in order: a late answer delays the next.
+// Trouble with one answer. The instrument answers in order, so a late answer delays the next one.
 struct Fault {
   Fault() = default;
   explicit Fault(Duration d) : delay(d) {}
@@ -94,7 +94,7 @@ class ScpiTest : public ::testing::Test {
   Result<Reply> ask(std::string_view command, Duration timeout = 1s) {
     return run_task(io, clock, link->query(command, timeout));
   }
-  // Ten questions; every answer belongs to its question.
+  // Asks ten questions; every answer must belong to its question.
   void expect_in_step() {
     for (int i = 10; i < 20; ++i) {
       const std::string n = std::to_string(i);

@@ -16,7 +16,7 @@ using boost::asio::error::basic_errors;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// In the shipped service no socket can be made, which Asio reports as an aborted connect.
+// In the shipped service no socket can be created. Asio reports this as an aborted connect.
 TEST(ConnectError, OfAServiceThatIsShutInNamesTheDropIn) {
   for (const auto error : {basic_errors::operation_aborted, basic_errors::network_unreachable,
                            basic_errors::no_permission}) {
@@ -33,7 +33,7 @@ TEST(ConnectError, OfNoSocketSaysNothingOfACancelledOperation) {
   EXPECT_THAT(said.what, Not(HasSubstr("cancel")));
 }
 
-// No name server is asked for a label of more than 63 characters.
+// A label of more than 63 characters is refused without asking a name server.
 TEST(ConnectError, OfANameThatIsNotFoundNamesTheNumericAddressAndTheDropIn) {
   asio::io_context io;
   RealClock clock;

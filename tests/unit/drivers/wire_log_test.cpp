@@ -183,7 +183,7 @@ TEST(WireLogWriter, OverwritesNothingAndFollowsNoLink) {
   EXPECT_EQ(text_of(dir.file("good.wire")), "new\n");
 }
 
-// A pipe that nobody reads for now stands for a disk that does not answer.
+// A pipe that nobody reads at present stands for a disk that does not answer.
 class HangingDisk {
  public:
   HangingDisk() {
@@ -197,7 +197,7 @@ class HangingDisk {
   HangingDisk(const HangingDisk&) = delete;
   HangingDisk& operator=(const HangingDisk&) = delete;
   static int create(const std::string&) { return write_end_; }
-  // Everything until the log is closed.
+  // Everything that was written until the log was closed.
   std::string read_all() const {
     std::string out;
     char buffer[4096];
@@ -265,7 +265,7 @@ TEST(WireLogWriter, ADiskThatHangsHoldsNobodyUpAndWhatIsMissingIsCounted) {
   auto recording = std::make_unique<RecordingTransport>(
       std::move(pair.near),
       std::make_shared<WireRecord>(writer.create("hangs.wire", "lcr"), clock, WireLogHeader()));
-  for (int i = 0; i < kEntries; ++i) {  // on a thread that waited for the disk it would never end
+  for (int i = 0; i < kEntries; ++i) {  // if this thread waited for the disk, it would never end
     ASSERT_TRUE(run_task(io, clock, pair.far->write_all("+1\r\n", clock.now() + 1s)));
     ASSERT_TRUE(run_task(io, clock, ask(*recording, clock, std::string(60, 'x'))));
   }

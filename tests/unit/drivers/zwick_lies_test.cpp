@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Effect of a lie of the simulated frame on what is shown and on what is true; over memory in
+// What a lie of the simulated frame does to the values shown and to the true ones, over memory in
 // virtual time. The scene: 10 N/mm behind a gap of 1 mm.
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ struct LieBench : FrameBench {
     sim->poke();
     settle();
   }
-  // Told of what comes from now on only.
+  // From here on the listener hears only what is new.
   void listen() {
     pass(200ms);
     listener.samples.clear();
@@ -50,7 +50,7 @@ struct LieBench : FrameBench {
 TEST(ZwickLies, AFrozenCellRepeatsItsLastValueAndTheDeviceBelievesIt) {
   LieBench b;
   const auto press = b.begin(b.frame->move_until_force(1.0_N, 0.1_mm_s, 1.4_mm));
-  b.pass(10500ms);  // 50 um inside
+  b.pass(10500ms);  // 50 um inside the specimen
   b.lie([](ZwickSimLies& l) { l.force_frozen = true; });
   b.listen();
   const auto r = b.await(*press);
@@ -116,7 +116,7 @@ TEST(ZwickLies, AReversedDriveLeavesItsTargetAndShowsIt) {
   EXPECT_TRUE(b.run(b.frame->stop()));
   EXPECT_EQ(b.await(*move)->reason, MotionEnd::stopped);
   EXPECT_TRUE(b.stands(1s));
-  // The device looks at both limits, whatever way it was told to go.
+  // The device checks both limits, whichever way it was told to go.
   const auto away = b.begin(b.frame->move_to(-1.0_mm, 0.1_mm_s));
   EXPECT_EQ(b.await(*away)->reason, MotionEnd::force_limit);
   EXPECT_NEAR(b.true_N(), 10, 0.1);
@@ -147,7 +147,7 @@ TEST(ZwickLies, DoneComesHalfWayWithTheTargetsOwnValues) {
   EXPECT_FALSE(b.sim->is_moving());
   b.pass(5s);
   EXPECT_NEAR(b.true_mm(), 0.8, 1e-6) << "it went on";
-  // In a motion under way it comes at once.
+  // During a motion it takes effect at once.
   b.lie([](ZwickSimLies& l) { l.done_early = false; });
   const auto press = b.begin(b.frame->move_until_force(1.0_N, 0.1_mm_s, 1.4_mm));
   b.pass(1s);
@@ -268,7 +268,7 @@ TEST(ZwickLies, AStopIsConfirmedLateOrNever) {
   EXPECT_TRUE(b.run(b.frame->stop()));
   EXPECT_GE(b.clock.now() - asked, 500ms);
   EXPECT_EQ(b.await(*move)->reason, MotionEnd::stopped);
-  // Also when something moves again by then.
+  // It also does so if something is moving again by then.
   b.lie([](ZwickSimLies& l) { l.stop_late_s = 5; });
   EXPECT_FALSE(b.run(b.frame->stop()));
   const auto on = b.begin(b.frame->move_to(0.9_mm, 0.05_mm_s));

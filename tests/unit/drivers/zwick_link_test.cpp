@@ -223,7 +223,7 @@ TEST(ZwickLink, LosesNoSampleInTwentySixMinutes) {
   EXPECT_NEAR(static_cast<double>(b.listener.samples.size()), 78'000, 10);
 }
 
-// Somebody moves the machine at its panel, or testXpert runs its own test.
+// Somebody moves the machine at its panel, or testXpert runs a test of its own.
 TEST(ZwickObserver, LeavesAMotionAloneWhateverItDoes) {
   FrameBench b;
   b.scene.move_to(b.clock.now(), 0.9e-3, 1e-5);

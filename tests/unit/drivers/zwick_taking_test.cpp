@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How command of a frame is taken, what its zero is called, and what it reports of itself.
+// How command of a frame is taken, what its zero is called, and what it reports about itself.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(ZwickTaking, AnObserverSaysNeitherStopNorHello) {
   EXPECT_THAT(heard, Not(HasSubstr("HELLO")));
 }
 
-// The number in it is one of the session before, or of a STOP that came before HELLO.
+// The number in it belongs to an earlier session, or to a STOP that came before HELLO.
 TEST(ZwickTaking, AnEarlierStoppedConfirmsNoLaterStop) {
   FrameBench b;
   ASSERT_TRUE(b.run(b.frame->observe(50)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Driver and simulated gateway when the other one is silent, refuses, or is not the one that was
-// expected; over memory in virtual time.
+// Driver and simulated gateway when the other side is silent, refuses, or is not the expected one;
+// over memory in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

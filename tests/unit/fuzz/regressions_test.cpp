@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every seed and every input that ever crashed, through the functions that libFuzzer calls
-// (tools/check/fuzz): what was mended stays mended, under every compiler and sanitizer.
+// Feeds every seed, and every input that ever caused a crash, to the functions that libFuzzer calls
+// (tools/check/fuzz). What was mended must stay mended with every compiler and sanitizer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ TEST_P(Fuzz, EveryInputThatCrashedHoldsItsProperties) {
   expect_all_hold(files_below(folder("crashes")));
 }
 
-// A fuzzer that mutates seeds finds these soon; here they need no luck.
+// A fuzzer that mutates seeds would find these by chance; here they are always tried.
 TEST_P(Fuzz, CutAndDamagedSeedsHoldTheirProperties) {
   for (const auto& path : files_below(folder("corpus"))) {
     const std::string good = bytes_of(path);

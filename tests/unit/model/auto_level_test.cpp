@@ -45,7 +45,7 @@ TEST(AutoLevel, BondedFacesClimbTheLadder) {
   const auto never = choose_level(s, 1e-9, 100.0_kPa);
   ASSERT_FALSE(never);
   EXPECT_THAT(never.error().what, testing::HasSubstr("no level meets"));
-  // The message says what can be met, and that is true.
+  // The message says which tolerance can be met, and this is true.
   const auto& what = never.error().what;
   const double met = std::stod(what.substr(what.find("kPa; ") + 5));
   EXPECT_TRUE(choose_level(s, met * 1.02, 100.0_kPa)) << what;
@@ -72,8 +72,8 @@ TEST(AutoLevel, ARefusalNamesTheBestLevelAndItsCost) {
   EXPECT_LT(seconds, time - 100) << what;
 }
 
-// The tolerance that can be met is that of the finest mesh, even where no mesh comes near the one
-// asked for.
+// The tolerance that can be met is that of the finest mesh, even where no mesh comes near the
+// requested one.
 TEST(AutoLevel, ARefusalHasTriedTheFinestMesh) {
   ErrorEstimator solved(laminate(1));
   const auto never = choose_level(solved, 1e-9, 10.0_kPa);

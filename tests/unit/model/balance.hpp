@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The equations of small strain, looked at where fem_linear has solved them. For tests of the
-// finite elements.
+// Examines the equations of small strain where fem_linear has solved them. For tests of the finite
+// elements.
 #pragma once
 
 #include <gtest/gtest.h>

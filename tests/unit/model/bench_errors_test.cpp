@@ -28,7 +28,7 @@ MonoTime at(double s) {
   return MonoTime(from_seconds(100 + s));
 }
 
-// Mean of a second of readings without a load.
+// Mean over one second of readings without a load.
 double unloaded_F(BenchErrors& errors, double from_s) {
   RunningMean mean;
   for (int i = 0; i < 10; ++i) mean.add(errors.shown_F(at(from_s + 0.1 * i), kC0_F, kC0_F, 0));
@@ -91,8 +91,8 @@ TEST(BenchErrors, TheTruthsOfAnIntervalAreOfTheSameDraw) {
   }
 }
 
-// Law: 0.1 fF in each of 13 octaves of time, from 0.2 s (docs/simulator.md). The walk and the beat
-// are 0 at the begin, and outliers do not reach the quartiles.
+// The law: 0.1 fF in each of 13 octaves of time, from 0.2 s (docs/simulator.md). Walk and beat are
+// 0 at the beginning, and outliers do not affect the quartiles.
 TEST(BenchErrors, OneOverFNoiseIsThereFromTheFirstReading) {
   constexpr int kSeeds = 2000;
   std::vector<double> first_F;

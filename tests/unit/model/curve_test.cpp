@@ -69,7 +69,7 @@ TEST(Curve, FringeRaisesC0AndChange) {
   settings.fringe = true;
   const auto fringed = calc_curve(shipped("paper-1"), settings, 1, pressures).value();
   EXPECT_NEAR(fringed.points[0].capacitance_F / plain.points[0].capacitance_F, 1.0970315, 1e-6);
-  // As the gap closes the fringe weakens: the change gains less than C0 does.
+  // The fringe weakens as the gap closes, so the change gains less from it than C0.
   for (std::size_t i = 0; i < 2; ++i) {
     const double ratio =
         fringed.points[i].delta_capacitance_F / plain.points[i].delta_capacitance_F;
@@ -78,7 +78,7 @@ TEST(Curve, FringeRaisesC0AndChange) {
   }
 }
 
-// With the air all pressed out the stack is the one without it.
+// Once all air is pressed out, the stack is equal to the one without air.
 TEST(Curve, ContactGapAddsAirThatIsPressedOut) {
   const auto pressures = parse_pressures_kPa("0,0.001,100").value();
   Specimen s = shipped("paper-2");
@@ -117,7 +117,7 @@ TEST(Design, BondedBaseWantsThinLayersAtTheFreeSide) {
   }
 }
 
-// Every partition was tried, not vertices alone: none beats the thin layers at the free side.
+// Every partition was tried, not only vertices: none beats thin layers at the free side.
 TEST(Design, BondedBaseSearchFindsNothingBetterThanTheVertex) {
   for (const int n : {2, 4, 7}) {
     DesignRequest request;
@@ -130,7 +130,7 @@ TEST(Design, BondedBaseSearchFindsNothingBetterThanTheVertex) {
   }
 }
 
-// Very thin bonded layers are so stiff that one must not make them: the search leaves the vertices.
+// Very thin bonded layers are so stiff that they must be avoided: the search leaves vertices.
 TEST(Design, SearchBetweenFilmsRatesStiffness) {
   DesignRequest request;
   request.faces = Faces::bonded_laminate;

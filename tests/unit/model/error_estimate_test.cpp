@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The errors that `auto` estimates for each level, against what the references say: the estimate is
-// never below the true error and never above ten times it. Where the true error is smaller than the
-// trust in the reference, the trust takes its place.
+// Compares the errors that `auto` estimates for each level with those against the references. The
+// estimate is never below the true error and never above ten times the true error. Where the true
+// error is smaller than the trust in the reference, the trust takes its place.
 #include "model/error_estimate.hpp"
 
 #include <gtest/gtest.h>
@@ -33,13 +33,13 @@ void expect_bound(double estimate, double truth, double trust, const std::string
   EXPECT_LE(estimate, 10 * std::max(std::abs(truth), trust)) << what;
 }
 
-// One stack of the finite-strain reference table, to the pressure up to which it is trusted.
+// One stack of the finite-strain reference table, up to the pressure to which it is trusted.
 struct Stack {
   const char* name;
   const char* reference;  // its name in the table
   std::size_t n;
   double up_to_kPa;
-  double trust_at_10_kPa, trust_at_100_kPa;  // straight between and beyond
+  double trust_at_10_kPa, trust_at_100_kPa;  // linear in between and beyond
   Specimen specimen() const {
     const std::string which(reference);
     return which == "SOFT" ? soft_block(n) : which == "LAM-KP" ? open_laminate(n) : laminate(n);
@@ -51,7 +51,7 @@ struct Stack {
 
 class EstimateOfStacks : public testing::TestWithParam<Stack> {};
 
-// Largest of both codes: their elements approach from below.
+// The larger value of both codes, because their elements approach the limit from below.
 double reference_fF(const ReferenceRow& row) {
   double best = 0;
   for (const std::size_t column : {std::size_t{6}, std::size_t{8}}) {
@@ -86,7 +86,7 @@ TEST_P(EstimateOfStacks, BoundsTheTrueErrorWithinTen) {
       const double truth = state->delta_capacitance_F * 1e15 / reference_fF(row) - 1;
       const auto estimate = estimate_error(s, rung.settings(), pressure);
       ASSERT_TRUE(estimate) << estimate.error().what;
-      // A reference that is off by its doubt moves the ratio to it by that share of the ratio.
+      // A reference that is wrong by its doubt changes the ratio to it by this share of the ratio.
       expect_bound(estimate->relative, truth, stack.trust(p) * (1 + truth),
                    std::string(to_string(rung.level)) + " mesh " + std::to_string(rung.mesh) +
                        " at " + row[2] + " kPa");
@@ -96,8 +96,8 @@ TEST_P(EstimateOfStacks, BoundsTheTrueErrorWithinTen) {
   EXPECT_GE(compared, 6);
 }
 
-// Trust in the references as their notes and the difference of both codes give it; SOFT has not
-// converged above 10 kPa.
+// Trust in the references, according to their notes and to the difference between both codes. SOFT
+// has not converged above 10 kPa.
 INSTANTIATE_TEST_SUITE_P(References, EstimateOfStacks,
                          testing::Values(Stack{"Laminate1", "LAM-PK", 1, 100, 1e-4, 3e-4},
                                          Stack{"Laminate3", "LAM-PK", 3, 100, 1e-4, 3e-4},
@@ -184,7 +184,7 @@ TEST(Estimate, OfTheMeshBoundsTheErrorOfSlopes) {
   }
 }
 
-// With free faces the exact answer is known, whatever the option.
+// With free faces the exact answer is known for every option.
 TEST(Estimate, OfFreeFacesKeepsTheOptions) {
   const Specimen s = shipped("paper-1");
   LevelSettings settings;

@@ -54,7 +54,7 @@ TEST(Cell, ForceIsDerivativeOfEnergy) {
   }
 }
 
-// With the pressure following the displacements, du changes the force by the condensed stiffness.
+// If the pressure follows the displacements, du changes the force by condensed stiffness x du.
 TEST(Cell, TangentIsDerivativeOfForce) {
   const CellState at = some_state(0.03);
   const CellResult here = evaluate(at);
@@ -89,7 +89,7 @@ TEST(Cell, UndeformedStateIsStressFree) {
   EXPECT_EQ(rest.energy, 0);
 }
 
-// The only rigid motion of an axisymmetric body is along its axis: it changes nothing.
+// The only rigid motion of an axisymmetric body is along its axis. It changes nothing.
 TEST(Cell, RigidMotionCostsNothing) {
   CellState at = some_state(0.03);
   const CellResult before = evaluate(at);
@@ -103,8 +103,8 @@ TEST(Cell, RigidMotionCostsNothing) {
   EXPECT_NEAR(total, 0, 1e-12);
 }
 
-// Neither has anything else in common with the other: products of integrals along the axes here,
-// points of Gauss in the plane there.
+// The two codes have nothing else in common: one uses products of integrals along the axes, the
+// other Gauss points in the plane.
 TEST(Cell, TangentAtRestIsTheLinearCellOfDegreeTwo) {
   const CellResult finite = evaluate(CellState{});
   const LinearCell linear = make_linear_cell(2, radial_integrals(2, kCell.r0, kCell.r1),
@@ -113,7 +113,7 @@ TEST(Cell, TangentAtRestIsTheLinearCellOfDegreeTwo) {
   const double size = finite.stiffness[0][0];
   auto value = linear.stiffness.begin();
   for (std::size_t i = 0; i < kCellDofs; ++i) {
-    // the points of Gauss are not exact for what is divided by the radius
+    // Gauss points are not exact for integrands that are divided by the radius
     for (std::size_t j = 0; j <= i; ++j) {
       EXPECT_NEAR(*value++, finite.stiffness[i][j], 1e-4 * size) << i << " " << j;
     }
@@ -137,7 +137,7 @@ TEST(LinearCell, RigidMotionAndUniformPressureCostNothingElse) {
   }
 }
 
-// Mirror in z: the response of the mirrored state is the mirrored response.
+// Mirrored in z: the response of the mirrored state is the mirrored response.
 TEST(Cell, MirroredStateGivesMirroredForce) {
   const CellState at = some_state(0.05);
   CellState mirrored;
@@ -156,8 +156,8 @@ TEST(Cell, MirroredStateGivesMirroredForce) {
   }
 }
 
-// A superposed rotation costs nothing and turns the forces. Rotating in the meridional plane is not
-// axisymmetric, but far from the axis the hoop strain it brings vanishes.
+// A superposed rotation costs no energy and rotates the forces. A rotation in the meridional plane
+// is not axisymmetric, but far from the axis the hoop strain that it causes vanishes.
 TEST(Cell, FrameIndifference) {
   constexpr double kFar = 1e9;
   const CellGeometry cell{kFar, kFar + 0.5, 0.2, 0.5};

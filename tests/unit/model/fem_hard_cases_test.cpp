@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cases that break careless elements and solvers, and what the faces mean to the elements.
+// Cases that break careless elements and solvers, and what the faces mean for the elements.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,12 +47,12 @@ TEST(HardCases, ThickBlockDoesNotLock) {
   expect_relative(modulus_of_disc(2, 0.5, 1), 8.75783, 1e-4);
 }
 
-// Kapton is 2e4 times stiffer than the layers it carries; layers without 1/lambda as well.
+// Kapton is 2e4 times stiffer than the layers it carries. Layers with 1/lambda = 0 are tested, too.
 TEST(HardCases, ModulusContrastAndIncompressibilityLeaveNoResidual) {
   Specimen s = laminate(3);
   for (const double nu : {0.49, 0.5}) {
     for (Material& m : s.materials) m.poisson_ratio = m.youngs_modulus_Pa < 1e6 ? nu : 0.34;
-    // the last digit of a stiff film's displacement is a force of nearly this size
+    // the last digit of a stiff film's displacement means a force of nearly this size
     expect_balance(s, 1, "nu " + std::to_string(nu), 1e-8);
   }
 }
@@ -68,14 +68,15 @@ TEST(HardCases, ChangeKeepsAllDigitsAtTinyPressure) {
   const double unit = model->at_pressure(1e-6 * 1.0_kPa)->delta_capacitance_F * 1e6;
   for (const double p : {1e-12, 1e-9}) {
     expect_relative(model->at_pressure(p * 1.0_kPa)->delta_capacitance_F, unit * p, 1e-8);
-    // to first order in the pressure the change is proportional to it to the last digits
+    // to first order in the pressure the change is proportional to it, to the last digits
     expect_relative(model->at_pressure(p * 1.0_kPa)->delta_capacitance_F,
                     2 * model->at_pressure(p / 2 * 1.0_kPa)->delta_capacitance_F, 1e-11);
   }
 }
 
-// At a singular corner even meshes give an order near 1 whatever the element; graded ones keep that
-// of the element. The reference has seven digits, the steps between meshes have more.
+// At a singular corner even meshes converge with an order near 1 whatever the element. Graded
+// meshes keep the order of the element. The reference has seven digits; the steps between meshes
+// have more.
 TEST(HardCases, ConvergenceOrderOnAGradedMesh) {
   const double exact = 5.6500910;
   std::vector<double> modulus;
@@ -101,7 +102,7 @@ TEST(Faces, BondedBaseHoldsTheBaseAloneAndTopLayersAreFreeSideways) {
   EXPECT_EQ(compared, 2);
 }
 
-// Films that are not listed are the electrodes: each layer is then a disc between rigid plates.
+// Films that are not listed are the electrodes: each layer is a disc between rigid plates.
 TEST(Faces, LaminateHoldsEveryLayerAtItsElectrodes) {
   Specimen s = soft_stack({100e-6, 50e-6});
   s.faces = Faces::bonded_laminate;

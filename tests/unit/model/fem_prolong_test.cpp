@@ -40,7 +40,7 @@ TEST(Prolong, ToTheSameMeshChangesNothing) {
   for (std::size_t i = 0; i < state.p.size(); ++i) ASSERT_NEAR(same.p[i], state.p[i], 1e-6) << i;
 }
 
-// A biquadratic field of the coarse mesh is one of the finer mesh, too.
+// A biquadratic field of the coarse mesh is also one of the finer mesh.
 TEST(Prolong, ToAFinerMeshKeepsTheField) {
   const StackSpace coarse = space_of(-1), fine = space_of(0);
   const FemState state = solved_on(coarse);
@@ -67,7 +67,7 @@ TEST(Prolong, StartFromACoarserMeshGivesTheSameAnswerSooner) {
   EXPECT_LE(2 * helped->iterations(), alone->iterations());
 }
 
-// A start that fails costs nothing but time: the loads are climbed as without it.
+// A start that fails costs only time: the loads are then climbed as without it.
 TEST(Prolong, LoadThatTheCoarserMeshDoesNotReachIsClimbedTo) {
   const Specimen s = laminate(2);
   LevelSettings settings = finite_on(0);

@@ -80,7 +80,7 @@ Eigen::MatrixXd whole_matrix(const Grid& grid, const std::vector<CellStiffness>&
   return matrix;
 }
 
-// The largest error of the solution, for any right side.
+// The largest error of the solution for an arbitrary right side.
 double error_of(FrontalSolver& solver, const Eigen::MatrixXd& matrix) {
   std::vector<double> right(static_cast<std::size_t>(matrix.rows()));
   std::mt19937 random(3);

@@ -250,7 +250,7 @@ TEST(FemFinite, SmoothBenchmark) {
   }
 }
 
-// Force over the current area, against the level that is exact for sliding faces.
+// Force over the current area, compared with the level that is exact for sliding faces.
 TEST(FemFinite, TruePressureIsForceOverTheCurrentArea) {
   LevelSettings settings = at_level(Level::fem_finite);
   settings.pressure_kind = PressureKind::true_area;

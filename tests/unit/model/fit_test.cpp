@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors that the points of a run share: an error of C0, and the difference of its repeats.
+// Errors that the points of a run share: an error of C0, and differences between repeats.
 #include "model/fit.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ Specimen paper_1() {
   return parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
 }
 
-// Two repeats over 14 levels; a C0 that is too low by `shift_F` lifts every point.
+// Two repeats over 14 levels. A C0 that is too low by `shift_F` raises every point.
 std::vector<FitPoint> shifted_run(double shift_F, double slope_of_second) {
   Specimen s = paper_1();
   for (Material& m : s.materials) {
@@ -58,7 +58,7 @@ TEST(FitShared, RepeatsThatDifferWidenTheInterval) {
   EXPECT_GT(differ.shear_modulus_Pa.ci95_high, kMu_Pa);
 }
 
-// Repeats that are alike do not show what all of them share.
+// The scatter of repeats does not show the errors that all of them share.
 TEST(FitShared, TheErrorOfC0StaysWhereRepeatsAreAlike) {
   const double known_F = 0.01e-15;
   const auto fit = fit_response(paper_1(), {}, shifted_run(0, 1), C0Error(known_F)).value();

@@ -34,7 +34,7 @@ TEST(PartitionSearch, ConcaveSumEndsInTheMiddle) {
   for (const double t : found.thickness_m) EXPECT_NEAR(t, 0.25, 1e-9);
 }
 
-// An optimum off the grid and different for each place: layer boundaries where weights say.
+// The optimum lies off the grid and differs for each place: the weights decide the boundaries.
 TEST(PartitionSearch, RefinesOffTheGrid) {
   PartitionRequest request;
   request.layers = 2;
@@ -53,7 +53,7 @@ TEST(PartitionSearch, NoRoomMeansEqualLayers) {
   for (const double t : found.thickness_m) EXPECT_NEAR(t, 0.25, 1e-12);
 }
 
-// The sum of the search equals the slope that the level gives for the same partition.
+// The sum that the search computes equals the slope that the level gives for the same partition.
 TEST(PartitionSearch, SweptVolumesAreTheSlopeOfThePartition) {
   Specimen block = soft_stack({1e-3});
   block.faces = Faces::bonded_base;

@@ -161,14 +161,14 @@ TEST_F(PlantTest, CreepRelaxesForceUnderHeldTravel) {
   const double fresh = plant.force_N(at_s(2.6));
   const double late = plant.force_N(at_s(100));
   EXPECT_LT(late, fresh);
-  // In the end the specimen answers to 1.05 times the force, the frame to the force itself.
+  // Finally the specimen responds to 1.05 times the force, and the frame to the force itself.
   EXPECT_NEAR(response_->shortening_m(1.05 * late) + late / 1e6, 5e-6, 1e-12);
   const double c_fresh = plant.electrical(at_s(2.6)).capacitance_F;
   EXPECT_NEAR(plant.electrical(at_s(100)).capacitance_F, c_fresh, 1e-3 * c_fresh);
   EXPECT_EQ(plant.force_N(at_s(2.6)), fresh);  // looking back gives the same
 }
 
-// A meter answers after its window: the drive may have turned since the window's middle.
+// A meter answers after its window, so the drive may have turned since the middle of the window.
 TEST_F(PlantTest, LooksBackBeyondChangesOfTheDrive) {
   for (const double creep : {0.0, 0.05}) {
     config_.creep_fraction = creep;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stacks that nobody fitted: what holds for the model's errors on all of them. The many are judged
-// by model_study (docs/model.md, "Auto"); these are as many as every push can pay for.
+// What must hold for the model's errors on stacks to which nothing was fitted. model_study judges
+// many of them (docs/model.md, "Auto"). These are as many as every push can afford.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace literals;
 
-// Not the seeds of the study, and not those that anything was tuned on (1 to 120).
+// Neither the seeds of the study nor those that something was tuned on (1 to 120).
 constexpr std::uint64_t kFirstSeed = 500'001;
 constexpr std::uint64_t kStacks = 12;
 constexpr std::size_t kMostLayers = 8;  // a scene for a push, not for a night
@@ -55,7 +55,7 @@ TEST(RandomStacks, EstimatesCoverTheErrorAndAreNotFarAboveIt) {
   EXPECT_LE(far_above, judged / 10);
 }
 
-// bench/fenicsx/truths.csv: the slope at zero load by FEniCSx, which knows nothing of our elements.
+// bench/fenicsx/truths.csv: the slope at zero load by FEniCSx, independent of our elements.
 TEST(RandomStacks, EstimatesCoverTheDifferenceToAnotherCode) {
   std::ifstream file("bench/fenicsx/truths.csv");
   ASSERT_TRUE(file) << "run from the root of the source tree";
@@ -87,14 +87,14 @@ TEST(RandomStacks, EachMeshHalvesTheErrorAtLeast) {
     }
     const double first = delta[1] - delta[0], second = delta[2] - delta[1];
     const double third = delta[3] - delta[2];
-    // The steps fall to half each time; a single one may be small by luck.
+    // Each step is about half of the one before; a single one may be small by chance.
     EXPECT_LE(std::abs(third), std::abs(first) / 4) << seed;
     EXPECT_LE(std::abs(third), std::abs(second) / 2 + 1e-7 * delta[3]) << seed;
   });
 }
 
-// Blocks of one material that electrodes cut. While electrodes lay inside of rows, the coarse
-// meshes of these stacks agreed by chance, and estimates were 0.006 to 0.4 times the error.
+// Blocks of one material that electrodes cut. When electrodes lay inside rows, the coarse meshes of
+// these stacks agreed by chance, and estimates were only 0.006 to 0.4 times the error.
 TEST(RandomStacks, ElectrodesInsideOfABlockLeaveNoErrorUnseen) {
   struct Case {
     std::uint64_t seed;
@@ -137,8 +137,8 @@ TEST(RandomStacks, RowsEndAtTheElectrodesInsideOfABlock) {
   }
 }
 
-// On this stack mesh 2 of finite strain, the finest one, has no solution above 22.6 kPa. It was
-// taken, and then there was no curve.
+// On this stack the finest mesh of finite strain, mesh 2, has no solution above 22.6 kPa. It was
+// once chosen, and then there was no curve.
 TEST(RandomStacks, AutoTakesNoMeshWithoutAnAnswer) {
   const Specimen s = random_stack(16'000'015);
   const Pressure pressure = 30.0_kPa;
@@ -193,7 +193,7 @@ TEST(RandomStacks, AModulusOfNoSolidIsRefused) {
   }
 }
 
-// A soft block that folds over below the largest load: the estimate holds where that happens.
+// A soft block that folds over below the largest load: the estimate refers to where that is.
 TEST(RandomStacks, AnEstimateBeyondTheLastSolutionSaysWhereThatIs) {
   Specimen s = random_stack(26);  // four soft-topped capacitors of 78 kPa
   ErrorEstimator estimator(s);
@@ -208,7 +208,7 @@ TEST(RandomStacks, AnEstimateBeyondTheLastSolutionSaysWhereThatIs) {
   EXPECT_TRUE(estimator.delta_F(settings, *estimate->lost_beyond));
 }
 
-// A soft top whose rim bulges until its electrode would be below the one underneath.
+// A soft top whose rim bulges until its electrode would be below the next one.
 TEST(RandomStacks, ALayerThatClosesSaysAtWhichLoad) {
   ErrorEstimator estimator(random_stack(1'000'035));
   LevelSettings settings;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reference tables that live beside the source tree; tests skip with a message where they are not.
+// Reference tables that lie beside the source tree. Tests are skipped with a message where these
+// are missing. Used by the tests of the model.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -65,7 +66,7 @@ inline Specimen shipped(std::string_view name) {
   throw std::runtime_error("no such shipped specimen");
 }
 
-// `count` equal capacitors of soft layers: thickness_m each, of one material.
+// Capacitors of soft layers of one material, with these thicknesses.
 inline Specimen soft_stack(const std::vector<double>& thickness_m) {
   Specimen s = shipped("paper-1");
   s.name = "soft";
@@ -87,7 +88,7 @@ inline Specimen laminate(std::size_t n) {
   return s;
 }
 
-// The other way up: PDMS on top, with nothing above it.
+// The laminate turned over: PDMS on top, with nothing above it.
 inline Specimen open_laminate(std::size_t n) {
   Specimen s = laminate(n);
   s.faces = Faces::bonded_base;
@@ -103,7 +104,7 @@ inline Specimen soft_block(std::size_t n) {
   return s;
 }
 
-// A disc of radius 1 m and modulus 1 Pa between rigid plates it is bonded to.
+// A disc of radius 1 m and modulus 1 Pa between rigid plates to which it is bonded.
 inline Specimen punch(double shape_factor, double nu) {
   Specimen s;
   s.name = "punch";

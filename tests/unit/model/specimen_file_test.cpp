@@ -97,7 +97,7 @@ TEST(SpecimenFile, MissingFileSaysWhich) {
   EXPECT_THAT(s.error().what, testing::HasSubstr("/no/such/disc.json"));
 }
 
-// Two statements of one thing that disagree: the stiffer one bounds.
+// Two statements about the same modulus that disagree: the stiffer one gives the bound.
 TEST(SpecimenFile, OfTwoModuliTheStifferOneBoundsTheShortening) {
   const auto both = parse_specimen(
       text_with("\"shear_modulus_kPa\": 42", "\"shear_modulus_kPa\": 10"), "disc.json");

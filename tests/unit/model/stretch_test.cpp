@@ -46,7 +46,7 @@ Stretch solve(EnergyForm form, Lateral lateral, PressureKind kind, Pressure p, d
   return s.value_or(Stretch{});
 }
 
-// The dead pressure is the slope of the energy along the path of equilibria; sideways it is zero.
+// The dead pressure is the slope of the energy along the path of equilibria; sideways it is 0.
 TEST(Stretch, PressureIsDerivativeOfEnergy) {
   for (const auto form : kForms) {
     for (const double nu : {0.0, 0.3, 0.49}) {
@@ -121,7 +121,7 @@ TEST(Stretch, ReachesATenthOfTheThickness) {
     const double z = row.number(0);
     const auto check = [&](std::size_t column, EnergyForm form, Lateral lateral, PressureKind k) {
       const auto s = solve(form, lateral, k, Pressure::from_si(row.number(column) * 1e3));
-      // At the first row 1e-15 of the pressure's last digit is 1e-13 of the strain.
+      // the last digit of the first row's pressure, 1e-15, corresponds to 1e-13 of the strain
       EXPECT_NEAR(std::exp(s.log_lambda_z), z, 1e-13 * std::max(z, 0.01))
           << row[0] << " " << column;
     };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person corrects a file once: every mistake of it is said at once, and none that only follows
-// from another.
+// A person corrects a file once: all of its mistakes are reported together, and none that only
+// follows from another.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables of runs: what a person or a spreadsheet writes, read back; and each cell broken in turn.
+// Tables as a person or a spreadsheet writes them are read back, and each cell is broken in turn.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ Result<std::vector<BatchEntry>> entries_of(const std::string& text) {
   if (!table) return fail(table.error());
   return check_batch(*table, shelf());
 }
-// The message with all that stands below it; empty: nothing is wrong.
+// The message with everything below it. Empty: nothing is wrong.
 std::string refusal_of(const std::string& text) {
   const auto got = entries_of(text);
   return got ? std::string() : got.error().what + "\n" + got.error().detail;
@@ -176,7 +176,7 @@ TEST(BatchCorpus, SchemaAndReaderAcceptAndRefuseTheSame) {
   }
 }
 
-// A table with its cells as they should be read, and as text.
+// A table: its cells as they should be read, and its text.
 struct DrawnTable {
   std::vector<std::vector<std::string>> cells;  // the header first
   char separator = ',';
@@ -261,7 +261,7 @@ TEST(BatchTable, RandomTablesComeBackAsTheyWereWritten) {
   }
 }
 
-// Where the cell begins, counted in characters of its line: a second way to find it.
+// The place where the cell begins, by counting characters of its line: a second way to find it.
 TextPosition where_written(const DrawnTable& drawn, std::size_t row, std::size_t column) {
   DrawnTable before = drawn;
   before.cells.resize(row + 1);
@@ -284,7 +284,7 @@ TEST(BatchTable, EachCellBrokenInTurnGivesOneMessageWithItsPlace) {
         const std::string& column = good.cells[0][c];
         const bool rubs = std::ranges::any_of(
             good.cells, [](const auto& row) { return std::ranges::find(row, "rub") != row.end(); });
-        // A column that no protocol of the table knows is refused in the header.
+        // A column that no protocol of the table knows is refused in its header.
         if (column == "note" || (column == "cycles" && !rubs)) continue;
         DrawnTable bad = good;
         bad.cells[r][c] = column == "repeats" ? "many" : "-7.x";
@@ -316,7 +316,7 @@ TEST(BatchOrderOfRuns, IsThatOfTheTableOrOfTheSeed) {
   using T = BatchTurn;
   EXPECT_THAT(order_batch(rows, BatchOrder::given, 5),
               ElementsAre(T{0, 1}, T{0, 2}, T{1, 1}, T{2, 1}, T{2, 2}, T{2, 3}));
-  // Written down once: another computer, another library gives the same.
+  // The order is fixed: another computer or another library gives the same.
   EXPECT_EQ(order_batch(rows, BatchOrder::random, 5), order_batch(rows, BatchOrder::random, 5));
   std::set<std::string> seen;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The look at what was touched, without the search for it.
+// The look at what was touched, without the search before it.
 #include "protocols/run/contact_probe.hpp"
 
 #include <gmock/gmock.h>
@@ -29,7 +29,7 @@ class Probe : public RunFixture {
     parts().truth.learn_rest(before_);
     sink.events.clear();
   }
-  // Stands where the threshold was reached.
+  // Puts the frame where the threshold was reached.
   void touch(std::function<double(double)> force_at) {
     frame.force_at = std::move(force_at);
     frame.travel_m = kTouched_m;
@@ -42,7 +42,7 @@ class Probe : public RunFixture {
     frame.travel_m = travel_m;
     return run(parts().view.watch_rest(ContactProbe::kLook)).value();
   }
-  // The approach, with samples so far from contact.
+  // Shows the samples of the approach, at these distances before contact.
   void show_digit(std::initializer_list<double> off_m) {
     parts().pressing->begin(Pressing::Permit());
     for (const double x : off_m) {
@@ -107,7 +107,7 @@ TEST_F(Probe, StaysWithinTheLimitsOfTravel) {
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 3) << "0.2, 0.4 and 0.8 um back";
 }
 
-// It stands at 5.002 mm and shows 5.005: a place less than a digit in front of that lies deeper.
+// It stands at 5.002 mm and shows 5.005 mm. A place less than a digit before that is deeper.
 TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
   frame.digit_m = 7e-6;
   show_digit({100e-6, 90e-6, 70e-6, 60e-6, 50e-6, 40e-6, 30e-6, 20e-6});
@@ -168,7 +168,7 @@ TEST_F(Probe, TellsTheStiffnessBetweenItsBounds) {
 }
 
 TEST_F(Probe, TellsNoStiffnessOfAContactThatIsLostAtOnce) {
-  // 0.2 um further back nothing touches any more: the specimen may be as stiff as it likes.
+  // 0.2 um further back nothing touches any more, so the specimen may be arbitrarily stiff.
   touch([](double travel_m) { return travel_m < kTouched_m - 1e-7 ? 0 : kThreshold_N; });
   step_back();
   EXPECT_TRUE(probe.is_contact());
@@ -176,7 +176,7 @@ TEST_F(Probe, TellsNoStiffnessOfAContactThatIsLostAtOnce) {
   EXPECT_FALSE(stiffness().stiffness_N_m);
 }
 
-// The drive has lost motion: the probe goes back only after it was taken up.
+// The drive has lost motion, so the probe goes back only after the play was taken up.
 class ProbeWithPlay : public Probe, public testing::WithParamInterface<double> {};
 
 TEST_P(ProbeWithPlay, TakesTheContactForNoSofterThanItIs) {
@@ -320,7 +320,7 @@ TEST_F(ProbeOfRelaxing, OfAnyRigIsNeverTakenForMuchSofter) {
   EXPECT_GT(measured, 0.25 * kRigs);
 }
 
-// A search that overran its threshold, so that the force rose while the frame stopped.
+// A search that overran its threshold: the force rose while the frame stopped.
 class ProbeAfterOverrun : public Probe {
  protected:
   bool tells_stiffness(double speed_m_s) {

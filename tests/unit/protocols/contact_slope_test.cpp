@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stiffness that looks at a frame tell, on drives with and without lost motion.
+// The stiffness that looks at a frame reveal, on drives with and without lost motion.
 #include "protocols/watch/contact_slope.hpp"
 
 #include <gtest/gtest.h>
@@ -18,10 +18,10 @@ constexpr double kNoContact_N = 0.1;  // of the force where it touched
 struct DriveWithPlay {
   double stiffness_N_m = 41e3;
   double play_m = 0, digit_m = 1e-7, noise_N = 5e-4;
-  double relaxes = 0;  // part of the force, in all looks together
+  double relaxes = 0;  // share of the force, over all looks together
 };
 
-// Steps back from `felt_N`, each twice as far, until a third of the force is left.
+// Steps back from `felt_N`, doubling each step, until a third of the force is left.
 class WayBack {
  public:
   WayBack(const DriveWithPlay& drive, double felt_N, unsigned seed) : drive_(drive), random_(seed) {
@@ -77,7 +77,7 @@ TEST(ContactSlope, IsMeasuredBehindThePlay) {
   EXPECT_LT(slope->at_most, 1.2 * 41e3);
 }
 
-// The force fell by a little on the first step after the play, and was gone after the next.
+// The force fell a little on the first step after the play, and was gone after the next one.
 TEST(ContactSlope, IsNotToldWhereThePlayTookUpTheWay) {
   DriveWithPlay drive;
   drive.stiffness_N_m = 280e3;
@@ -85,7 +85,7 @@ TEST(ContactSlope, IsNotToldWhereThePlayTookUpTheWay) {
   EXPECT_FALSE(WayBack(drive, 0.6, 1).slope());
 }
 
-// So little that only a very good cell sees it.
+// The change is so small that only a very good cell shows it.
 TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
   const std::vector<double> forces_N{4.11852, 4.1181,  4.11706, 4.11623, 4.1126,  4.10702, 4.09427,
                                      4.0694,  4.01919, 3.91969, 3.72102, 3.32477, 2.53623};
@@ -116,7 +116,7 @@ TEST(ContactSlope, WithoutATravelIsNotTold) {
   EXPECT_FALSE(contact_slope(looks, 2, 1, 0, 0));
 }
 
-// Of random drives: how many slopes were told, and how many of them were too low.
+// Random drives: how many slopes were reported, and how many of these were too low.
 class SlopesOfDrives : public testing::Test {
  protected:
   void try_drives(double most_play_m, double relaxes) {

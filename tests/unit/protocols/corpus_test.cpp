@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corpus that parser and JSON schema share (tests/corpus/check_schema.py runs the other half).
+// The corpus that parser and JSON schema share (tests/corpus/check_schema.py has the other half).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

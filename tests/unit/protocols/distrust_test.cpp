@@ -13,7 +13,7 @@ using testing::HasSubstr;
 class Doubt : public RunFixture {
  protected:
   void heed(EventKind kind) { parts().distrust.heed(kind, "detail"); }
-  // The run knows nothing of the contact any more.
+  // The run no longer knows anything about the contact.
   void expect_no_place() {
     EXPECT_FALSE(parts().contact.travel_m());
     EXPECT_TRUE(parts().guard.is_distrusted());

@@ -55,7 +55,7 @@ TEST_F(End, OfAllStepsIsASuccess) {
 TEST_F(End, ByAnAbortRunsFinally) {
   const RunResult result = end_by(Interrupt::abort);
   EXPECT_EQ(result.exit_status, ExitStatus::abort);
-  EXPECT_EQ(result.reason, "test");  // "abort" is the status
+  EXPECT_EQ(result.reason, "test");  // "abort" is already the status
   EXPECT_EQ(finallies, 1);
 }
 
@@ -105,7 +105,7 @@ TEST_F(End, WithHandsOffMovesNothingAndSaysSo) {
   EXPECT_THAT(result.reason, Not(HasSubstr("the drive lies; the drive lies"))) << "told once";
 }
 
-// A motion that was refused because of it has told why, too.
+// A motion that was refused for this reason has already said why.
 TEST_F(End, OfAMotionThatWasRefusedTellsHandsOffOnce) {
   parts().drive.keep_hands_off("the drive lies");
   const RunResult result = end(request_for(parts().drive.may_move().error()));
@@ -114,18 +114,20 @@ TEST_F(End, OfAMotionThatWasRefusedTellsHandsOffOnce) {
 }
 
 TEST_F(End, InFinallyWithHandsOffIsToldOnce) {
-  finally_stop = InterruptRequest(Interrupt::fault, Error(Errc::frame_fault, "the drive lies"));
-  during_finally = [this] { parts().drive.keep_hands_off("the drive lies"); };
+  during_finally = [this] {
+    parts().drive.keep_hands_off("the drive lies");
+    finally_stop = InterruptRequest(Interrupt::fault, *parts().drive.hands_off());
+  };
   EXPECT_THAT(end(std::nullopt).reason,
               StartsWith("in `finally`: the drive lies; nothing is moved any more until a person "
                          "has looked at the rig"));
 }
 
-// A text that happens to hold the same letters does not say it.
+// The same letters do not count.
 TEST_F(End, TellsHandsOffWhateverElseThePersonWrote) {
   parts().drive.keep_hands_off("lies");
-  EXPECT_THAT(end(InterruptRequest(Interrupt::abort, "dinner; the lid lies open")).reason,
-              StartsWith("dinner; the lid lies open; lies; `finally` did not run"));
+  EXPECT_THAT(end(InterruptRequest(Interrupt::abort, "lies")).reason,
+              StartsWith("lies; lies; `finally` did not run"));
 }
 
 TEST_F(End, TellsThatTheFrameMayMoveWhateverElseThePersonWrote) {
@@ -194,7 +196,7 @@ TEST_F(End, WithASpecimenThatIsStillLoadedSaysSo) {
   EXPECT_EQ(events_of("loaded"), 1);
 }
 
-// Less than zero is a pull, or a zero that was taken while the probe pressed: nobody can tell.
+// A force below zero is a pull, or a zero that was taken under load. Nobody can tell which.
 TEST_F(End, WithAForceBelowItsLimitMovesNothingAndBlamesNobody) {
   frame.force_N = -1.2;
   parts().view.add({});

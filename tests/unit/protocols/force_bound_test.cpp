@@ -18,7 +18,7 @@ TEST(ForceBound, OfALinearContactIsItsStiffnessTimesTheWay) {
   EXPECT_EQ(bound.force_before_N(0.1, 1), 0) << "the whole compression is shorter";
 }
 
-// F = (x/c)^2: dF/dx grows with the force, and so does what a way adds.
+// F = (x/c)^2: dF/dx grows with the force, and so does the force that a distance adds.
 TEST(ForceBound, OfAStiffeningContactGoesUpToTheEndOfTheWay) {
   constexpr double c = 10e-6;
   const ForceBound bound([](double force) { return c * std::sqrt(force); });

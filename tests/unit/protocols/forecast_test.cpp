@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "protocols/plan/rig_forecast.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -64,7 +66,7 @@ TEST(Forecast, ARampPassesItsTargetByLagAndRipple) {
   EXPECT_NEAR(f.ramp_N(0.5, 1, 0.2), 1 + 0.2 * 0.04 + 0.01, 1e-9);
   EXPECT_NEAR(f.fastest_ramp_N_s(1, 1.11), 0.1 / 0.04, 1e-9);
   EXPECT_EQ(f.fastest_ramp_N_s(1, 1.005), 0);
-  // From no contact on it also meets the specimen, at a speed of its own.
+  // A ramp that starts without contact also meets the specimen, at a speed of its own.
   const double met = f.stop_N(0.01, 0.1e-3);
   EXPECT_NEAR(f.ramp_N(0, 0.02, 0.001), met, 1e-9);
 }
@@ -82,8 +84,8 @@ TEST(Forecast, AMeasuredStiffnessIsTrustedWithAMargin) {
   EXPECT_NEAR(f.stop_N(0.5, v) - 0.5, 1.5 * 80e3 * stopping_way_m(frame(), v), 1e-6);
 }
 
-// F = k x (1 + c x), of which a stop at a small force has seen little: k(F) = k0 sqrt(1 + 4 c
-// F/k0).
+// F = k x (1 + c x): a stop at a small force has seen little of the curvature. k(F) = k0 sqrt(1 + 4
+// c F/k0).
 TEST(Forecast, AnyCurvatureOfTheContactIsWithinWhatWasMeasuredBeforeIt) {
   const double k0 = 30e3;
   for (const double c : {0.0, 100.0, 3e3, 1e5, 1e7}) {
@@ -95,6 +97,32 @@ TEST(Forecast, AnyCurvatureOfTheContactIsWithinWhatWasMeasuredBeforeIt) {
     for (const double force : {0.05, 0.2, 1.0, 1.4}) {
       EXPECT_GE(f.bound().stiffness_N_m(force), std::min(slope(force), 0.99 * 1000e3))
           << c << " 1/m at " << force << " N";
+    }
+  }
+}
+
+// The specimen's file may say that its layers are held where they are not. Pressed flat, a free one
+// stiffens far more.
+TEST(Forecast, AMeasuredStiffnessGrowsAsThatOfAFreeSpecimenDoesIfThatIsMore) {
+  const ForceBound flat([](double force) { return 1e-3 * (1 - 1 / std::sqrt(1 + 1e2 * force)); });
+  Forecast f(frame(), ForceBound({}, 1000e3), ForceBound({}, 60e3), flat);
+  f.measured(0.04, flat.stiffness_N_m(0.02));
+  for (const double force : {0.05, 0.5, 2.0}) {
+    EXPECT_GE(f.bound().stiffness_N_m(force), flat.stiffness_N_m(force)) << force << " N";
+  }
+}
+
+TEST(Forecast, IsNowhereBelowTheContactThatTheModelExpects) {
+  Rig rig;
+  rig.frame = frame();
+  rig.specimen_least_m = [](double force) { return 20e-6 * force; };
+  rig.compression_m = [](double force) { return 20e-6 * std::sqrt(force); };  // stiffer from 0.25 N
+  Forecast f = make_forecast(rig);
+  f.expect_measurement(0.1);
+  for (const double force : {0.01, 0.1, 0.5, 2.0}) {
+    for (const double speed : {1e-5, 1e-3}) {
+      EXPECT_GE(f.stop_N(force, speed), *f.expected_stop_N(force, speed)) << force << " N";
+      EXPECT_GE(*f.stop_if_measured_N(force, speed), *f.expected_stop_N(force, speed));
     }
   }
 }

@@ -65,7 +65,7 @@ TEST(FrameMemory, AnotherForceAtTheSameTravelIsALostZeroOrAnotherSpecimen) {
   EXPECT_FALSE(compare_frame(at(1e-3, 0.5), overloaded, tolerance()));
 }
 
-// It moved when the link was lost: force and way must fit each other.
+// The frame moved while the link was lost, so force and travel must agree.
 TEST(FrameMemory, OfAFrameThatMovedTheForceAgreesWithTheWay) {
   FrameTolerance allowed = tolerance();
   allowed.rest_N = 0.01;

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 class Truth : public RunFixture {
  protected:
   FrameTruth& truth() { return parts().truth; }
-  // Thirty samples, ten a second, that flip between the two forces.
+  // Thirty samples, ten a second, that alternate between the two forces.
   static Rest rest_between(double low_N, double high_N) {
     Rest rest;
     for (int i = 0; i < 30; ++i) {
@@ -55,7 +55,7 @@ TEST_F(Truth, ACellThatHasFrozenTeachesNothing) {
   EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
 }
 
-// Later the frame may creep, and that is no noise.
+// Later the frame may creep, and creep must not count as noise.
 TEST_F(Truth, HowTheTravelScattersIsLearnedAtTheFirstLook) {
   const auto look = [](double scatter_m) {
     Rest rest;
@@ -103,7 +103,7 @@ TEST_F(Truth, ADoneElsewhereIsRefusedAndRecorded) {
   EXPECT_EQ(events_of("contradiction"), 1);
 }
 
-// The last sample is older than the word of the frame: the next one may confirm it.
+// The last sample is older than the frame's message; the next one may confirm it.
 TEST_F(Truth, TheSamplesMayComeLater) {
   truth().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0.9e-3);
@@ -125,7 +125,7 @@ TEST_F(Truth, AMotionThatDidNotReachItsTargetIsNotJudged) {
   EXPECT_TRUE(run(truth().believe(to_travel(1e-3), stopped)));
 }
 
-// The relaxation allowed to a specimen grows with the force that is felt.
+// The relaxation that a specimen is allowed grows with the force that is felt.
 TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
   truth().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0);
@@ -136,7 +136,7 @@ TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
   EXPECT_LT(truth().motion_now(-1, 1e-5).against_N, loaded_N);
 }
 
-// The force before an overload says nothing of the way back from it.
+// The force before an overload says nothing about the way back from the overload.
 TEST_F(Truth, OnTheWayBackFromAnOverloadTheForceMayBeAsHighAsItIs) {
   truth().learn_rest(rest_between(0.010, 0.012));
   show(0.5, 1e-3);

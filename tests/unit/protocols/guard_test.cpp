@@ -60,7 +60,7 @@ FrameSample overload(double travel_m) {
   return s;
 }
 
-// Beyond the limit, stopped, and on the way back.
+// A guard in a motion that went beyond the limit, was stopped and is on its way back.
 Guard returning(double peak_N, double stood_m) {
   Guard guard(window(), 500ms);
   EXPECT_TRUE(guard.check(seen(1.1, stood_m - 2e-6)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exactly one part hangs; what the watchdog looks at shows it, and shows nothing otherwise.
+// Exactly one part hangs. What the watchdog looks at reveals this, and reveals nothing otherwise.
 #include <gtest/gtest.h>
 
 #include <boost/asio/co_spawn.hpp>
@@ -53,7 +53,7 @@ TEST_F(Hang, AMeterThatNeverReturnsIsOverdue) {
   meter.hangs = true;
   clock.run_for(io, 5s);
   EXPECT_FALSE(run->sampler().overdue(clock.now())) << "an honest time-out takes longer";
-  // The runner ends the exchange of a silent meter by itself; without it this would show.
+  // The runner itself ends the exchange with a silent meter. Otherwise the watchdog would notice.
   EXPECT_TRUE(run->sampler().overdue(clock.now() + 20s));
 }
 

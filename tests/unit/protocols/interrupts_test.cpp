@@ -48,7 +48,7 @@ TEST_F(Interrupts, AStopIsTakenBeforeAPause) {
   EXPECT_EQ(queue().take().kind, Interrupt::pause);
 }
 
-// A run that ends where somebody asked fails all the same when a limit trips in that instant.
+// A run that ends where somebody asked still fails if a limit trips at that instant.
 TEST_F(Interrupts, OfTheLastInstantCountMoreThanAPlannedStop) {
   queue().ask(request(Interrupt::limit));
   EXPECT_EQ(queue().begin_finish(request(Interrupt::stop_after))->kind, Interrupt::limit);

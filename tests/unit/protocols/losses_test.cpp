@@ -65,6 +65,7 @@ TEST_F(Loss, OfAFrameThatWasMovedMeanwhileEndsTheRunWithHandsOff) {
   const auto stop = survive();
   ASSERT_TRUE(stop);
   EXPECT_THAT(stop->why, HasSubstr("it was moved meanwhile"));
+  EXPECT_TRUE(stop->hands_off) << "the reason of the run tells it once";
   EXPECT_FALSE(parts().drive.may_move());
 }
 

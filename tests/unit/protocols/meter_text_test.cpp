@@ -54,7 +54,7 @@ TEST(MeterText, OfTwoKeysNoneIsReplacedAndBothAreToldOf) {
   EXPECT_THAT(parsed.error().what, HasSubstr("`frequency_kHz` for the second time"));
 }
 
-// The text of a program that ends lines with CR alone.
+// A text from a program that ends lines with CR alone.
 TEST(MeterText, FindsItsPlaceWhateverEndsALine) {
   std::string text = kText;
   std::ranges::replace(text, '\n', '\r');

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan's words about the force where a motion ends.
+// What the plan says about the force at the end of a motion.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
   EXPECT_THAT(refusal(load(""), frame_rig()),
               HasSubstr("1 mm/s to 1 N may end at 1.66 N on a contact of up to 60 N/mm, the limit "
                         "is 1.5 N: at most 0.864 mm/s (/steps/0/speed_mm_s: 0.864)"));
-  // On a frame that is as soft as 40 N/mm it may end within the limit, but not within 0.1 N.
+  // On a frame as soft as 40 N/mm it may end within the limit, but not within 0.1 N.
   Rig softer = frame_rig();
   softer.frame_stiffness_N_m = 40e3;
   softer.compression_m = [](double force) { return force / 40e3; };
@@ -42,9 +42,24 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
     return load(R"(,"overshoot_N":0.1,"final_speed_mm_s":0.05,"final_from":)" + from);
   };
   EXPECT_EQ(refusal(two("0.4"), frame_rig()), "planned");
-  // 0.5 + 0.66 N: the slow part would come too late.
+  // 0.5 + 0.66 N: the slow part would begin too late.
   EXPECT_THAT(refusal(two("0.5"), frame_rig()), HasSubstr("the step allows 0.6 N"));
   EXPECT_THAT(refusal(two("1"), frame_rig()), HasSubstr("1.66 N"));
+}
+
+// The run compares noisy samples with the limit.
+TEST(Plan, TheSpeedThatARefusalNamesLeavesRoomForTheNoiseOfTheCell) {
+  Rig rig = frame_rig();
+  rig.force_noise_N = 0.01;
+  const auto load = [](const std::string& speed) {
+    return R"({"id":"l","do":"move_until","until":{"force_N":1},"timeout_s":400,"speed_mm_s":)" +
+           speed + "}";
+  };
+  const double v = std::stod(advised(refusal(load("1"), rig), "/steps/0/speed_mm_s")) * 1e-3;
+  const double worst = 1 + 60e3 * (v * 1e-3 + v * v / 0.1);
+  EXPECT_LE(worst, 1.5 - kNoiseSigmas * 0.01 + 1e-3);
+  EXPECT_GT(worst, 1.4);
+  EXPECT_EQ(refusal(load("0.86"), rig), "planned") << "a faster one may be taken";
 }
 
 TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {
@@ -68,7 +83,7 @@ TEST(Plan, ADepthAtWhichNoSpeedIsSlowEnoughIsAnsweredByOneThatIsAccepted) {
   const auto press = [](const std::string& to) {
     return R"({"id":"p","do":"ramp","to":{)" + to + R"(},"speed_mm_s":0.1,"timeout_s":400})";
   };
-  // 1.2 times the 1.32 N that are expected there is more than the limit.
+  // 1.2 times the 1.32 N that are expected there exceeds the limit.
   const std::string gap = refusal(press(R"("gap_um":-22)"), rig);
   EXPECT_THAT(gap, HasSubstr("22 um deep into the specimen"));
   const std::string gap_um = advised(gap, "/steps/0/to/gap_um");
@@ -78,7 +93,7 @@ TEST(Plan, ADepthAtWhichNoSpeedIsSlowEnoughIsAnsweredByOneThatIsAccepted) {
       advised(refusal(press(R"("travel_um":22)"), rig), "/steps/0/to/travel_um");
   EXPECT_DOUBLE_EQ(std::stod(travel_um), -std::stod(gap_um));
   EXPECT_EQ(refusal(press(R"("travel_um":)" + travel_um), rig), "planned");
-  // Where a slower motion would do, the depth stays.
+  // Where a slower motion would do, the depth is kept.
   EXPECT_THAT(advised(refusal(R"({"id":"p","do":"ramp","to":{"gap_um":-15},"speed_mm_s":1,)"
                               R"("timeout_s":400})",
                               rig),
@@ -93,7 +108,7 @@ TEST(Plan, ASearchThatIsSlowedDownStillNamesItsSpeed) {
            R"("timeout_s":)" +
            timeout_s + "}";
   };
-  // Slowed down for the limit, but not for the step's own allowance.
+  // The search is slowed down for the limit, but not for the step's own allowance.
   const std::string text = refusal(search("2", "60"), frame_rig());
   EXPECT_THAT(text, HasSubstr("the step allows 0.0001 N"));
   const std::string speed = advised(text, "/steps/0/speed_mm_s");
@@ -134,7 +149,7 @@ TEST(Plan, AStepOfTwoMotionsTakesAsLongAsBoth) {
   EXPECT_NEAR(out.seconds, 3, 1e-9);
 }
 
-// No file can say this: a travel that is held asks nothing of the frame.
+// A file cannot express this: a travel that is held asks nothing of the frame.
 TEST(Plan, AStepThatMovesThoughItsFactsDenyItIsABug) {
   Protocol protocol =
       parse_protocol(with_steps(R"({"id":"h","do":"hold","hold":"force","force_N":1,"for_s":1})"),
@@ -177,7 +192,7 @@ TEST(Plan, WhatTheUnloadedCellShowsBelowZeroIsMissingUpToTheLimit) {
 }
 
 TEST(Plan, AHostSideStopOvershootsMore) {
-  // 20 ms more: 60e3 * (0.3e-3 * 21e-3 + 0.09e-6 / 0.1) = 0.432 N, without them 0.072 N.
+  // 20 ms more: 60e3 * (0.3e-3 * 21e-3 + 0.09e-6 / 0.1) = 0.432 N; without them 0.072 N.
   const std::string load =
       R"({"id":"l","do":"move_until","until":{"force_N":1.2},"speed_mm_s":0.3,"timeout_s":400})";
   EXPECT_EQ(refusal(load, frame_rig()), "planned");

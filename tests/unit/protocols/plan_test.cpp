@@ -67,7 +67,7 @@ TEST(Plan, SlowIsRefusedForThirtyReadingsInTenSeconds) {
   EXPECT_EQ(refusal(step, frame_rig(), "medium"), "planned");
 }
 
-// The run ended with a fault after the specimen was loaded.
+// Before this was refused, the run ended with a fault after the specimen was loaded.
 TEST(Plan, AMeterThatIsPolledTooSeldomForALevelIsRefused) {
   LcrSettings polled;
   polled.aperture = Aperture::fast;
@@ -175,7 +175,7 @@ TEST(Plan, ATimeoutShorterThanTheWayIsRefused) {
 }
 
 TEST(Plan, WhatTheRigCannotDoIsRefused) {
-  for (const char* moving : {"dynamic-cycles", "static-frame"}) {  // they begin with `zero`
+  for (const char* moving : {"dynamic-cycles", "static-frame"}) {  // these begin with `zero`
     EXPECT_THAT(shipped(moving, weights_rig()).error().what,
                 AllOf(HasSubstr("zero of the force, which this rig cannot do"),
                       HasSubstr("load with place_weight, as static-weights does")));
@@ -192,7 +192,7 @@ TEST(Plan, WhatTheRigCannotDoIsRefused) {
               HasSubstr("holding a force needs a force loop"));
 }
 
-// The frame would refuse it in the run (docs/frame-link.md: contact required).
+// The frame would refuse it during the run (docs/frame-link.md: contact required).
 TEST(Plan, AForceIsHeldInContactOnly) {
   const std::string gap = R"({"id":"g","do":"set_gap","gap_mm":2},)",
                     hold = R"({"id":"h","do":"hold","hold":"force","force_N":1,"for_s":1})",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Protocols of a few steps, planned on a rig that is easy to reckon with.
+// Protocols of a few steps, planned on a rig with simple figures. For the tests of the planner.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -30,7 +30,7 @@ class PlannedStopsTest : public RunFixture {
   void SetUp() override { protocol = parse_protocol(kTwoPasses, "t").value(); }
 
   PlannedStops& stops() { return parts().stops; }
-  // Does `done` steps and begins the next one.
+  // Carries out `done` steps and begins the next one.
   void begin_walk(std::int64_t done) {
     walk_.emplace(stops(), cursor_, false);
     for (std::int64_t i = 0; i < done; ++i) {
@@ -69,7 +69,7 @@ TEST_F(PlannedStopsTest, AreAtTheEndOfWhatIsUnderWay) {
   ASSERT_TRUE(asked);
   EXPECT_EQ(asked->stop.step_id, "level");
   EXPECT_EQ(asked->stop.after_steps, 2);
-  EXPECT_EQ(asked->seconds, 10);  // of the level, behind the motion that runs
+  EXPECT_EQ(asked->seconds, 10);  // for the level, after the motion that is running
   EXPECT_THAT(sink.kinds(), ElementsAre("stop_after"));
 }
 

@@ -24,7 +24,7 @@ WatchFigures round_figures() {
   return f;
 }
 
-// Fifty samples per second of a cell that scatters by 1 mN and a travel that tells nanometres.
+// Fifty samples per second of a cell that scatters by 1 mN and a travel that shows nanometres.
 class FakeFrame {
  public:
   explicit FakeFrame(WatchFigures figures = round_figures()) : eyes(figures) {}
@@ -37,7 +37,7 @@ class FakeFrame {
     s.flags = flags;
     return eyes.check(s);
   }
-  // Seconds until it is noticed; nullopt: not within `most_s`.
+  // Seconds until something is noticed. nullopt: not within `most_s`.
   template <class At>
   std::optional<double> until_noticed(double most_s, At at) {
     const MonoTime begin = t;
@@ -74,7 +74,7 @@ TEST(Plausibility, NothingIsSaidOfAFrameThatDoesWhatItIsTold) {
   frame.eyes.begin(pressing(1e-4), frame.t);
   EXPECT_FALSE(frame.until_noticed(60, [](double s) { return Place(1e-4 * s, 0.01 * s); }));
   frame.eyes.stand(frame.t);
-  EXPECT_FALSE(frame.until_noticed(600, [](double s) {  // it relaxes by a third
+  EXPECT_FALSE(frame.until_noticed(600, [](double s) {  // the force relaxes by a third
     return Place(6e-3, 0.6 * (0.67 + 0.33 * std::exp(-s / 10)));
   })) << frame.found->why;
 }
@@ -120,7 +120,7 @@ TEST(Plausibility, ADriveThatStallsIsNoticedInTwoSeconds) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
 }
 
-// A tenth of a micrometre per second, shown in micrometres: it changes every ten seconds.
+// A tenth of a micrometre per second, shown in micrometres: the value changes every ten seconds.
 TEST(Plausibility, TheSlowestSpeedOfACoarseTravelIsNoStall) {
   FakeFrame frame;
   frame.eyes.begin(pressing(1e-7), frame.t);
@@ -129,7 +129,37 @@ TEST(Plausibility, TheSlowestSpeedOfACoarseTravelIsNoStall) {
   })) << frame.found->why;
 }
 
-// A fast approach at few samples per second shows no two travels that are near each other.
+// Until the first motion nobody knows the digit: the travel of a frame that stands shows none.
+TEST(Plausibility, TheFirstSlowMotionOfACoarseTravelIsNoStall) {
+  for (const double digit_m : {2e-6, 5e-6, 10e-6, 12e-6, 20e-6}) {
+    for (const double speed_m_s : {0.1e-6, 0.92e-6, 5e-6}) {
+      for (const double part : {0.01, 0.5, 0.99}) {  // of the first digit that is behind it
+        FakeFrame frame;
+        frame.eyes.begin(pressing(speed_m_s), frame.t);
+        EXPECT_FALSE(frame.until_noticed(
+            80e-6 / speed_m_s,
+            [&](double s) {
+              return Place(std::floor(part + speed_m_s * s / digit_m) * digit_m, 0.0);
+            }))
+            << digit_m << " m at " << speed_m_s << " m/s: " << frame.found->why;
+      }
+    }
+  }
+}
+
+// Then a stall is one when the frame was told to go farther than the coarsest digits.
+TEST(Plausibility, ADriveThatStallsBeforeItsDigitIsKnownIsNoticedAfterThreeOfTheCoarsest) {
+  for (const double speed_m_s : {0.92e-6, 5e-6, 1e-4, 1e-3}) {
+    FakeFrame frame;
+    frame.eyes.begin(pressing(speed_m_s), frame.t);
+    const auto after = frame.until_noticed(200, [](double) { return Place(0.0, 0.0); });
+    ASSERT_TRUE(after) << speed_m_s;
+    EXPECT_LE(*after, 1.01 * std::max(2.0, 36e-6 / speed_m_s) + 0.1) << speed_m_s;
+    EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  }
+}
+
+// In a fast approach with few samples per second no two travels are near each other.
 TEST(Plausibility, TheWayBetweenTwoSamplesIsNoDigit) {
   FakeFrame frame;
   frame.eyes.begin(pressing(0.02), frame.t);
@@ -150,6 +180,30 @@ TEST(Plausibility, AForceThatFallsWhileItPressesIsNotBelieved) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::force);
 }
 
+// A cell with a filter goes on to show the force of the motion before, and in its play the drive
+// has not begun to unload yet.
+TEST(Plausibility, AForceThatTheCellShowsLateIsNoRiseOnTheWayAway) {
+  const auto rises = [](double s) { return Place(-5e-5 * s, 1.32 - 0.26 * std::exp(-s / 0.028)); };
+  for (const Duration stood : {Duration(1ms), Duration(1s)}) {
+    FakeFrame frame;
+    frame.eyes.stand(frame.t);
+    if (stood > 100ms)
+      frame.until_noticed(to_seconds(stood), [](double) { return Place(0, 1.06); });
+    Plausibility::Motion m = pressing(5e-5);
+    m.direction = -1;
+    m.force_N = 1.06;
+    m.late_s = 0.035;
+    frame.eyes.begin(m, frame.t);
+    const auto after = frame.until_noticed(3, rises);
+    EXPECT_EQ(after.has_value(), stood > 100ms) << "one that has stood shows its force";
+    if (after) continue;
+    frame.eyes.stand(frame.t);
+    frame.eyes.begin(m, frame.t);
+    EXPECT_FALSE(frame.show(-2e-4, 0.9));
+    EXPECT_TRUE(frame.show(-2.1e-4, 1.3)) << "it has fallen, so it had been shown";
+  }
+}
+
 TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
   FakeFrame frame;
   Plausibility::Motion m = pressing(1e-5);
@@ -162,7 +216,7 @@ TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
 }
 
-// After an overload of the cell: 0.5 N was shown before it, 4.6 N is the first force on the way
+// After an overload of the cell: 0.5 N was shown before it, and 4.6 N is the first force on the way
 // back.
 TEST(Plausibility, OnAWayAwayThatBeganInTheDarkTheFirstForceIsItsBegin) {
   FakeFrame frame;
@@ -237,7 +291,7 @@ TEST(Plausibility, AForceThatIsNotBelievedAnyMoreProvesNothing) {
   EXPECT_FALSE(frame.until_noticed(10, [](double s) { return Place(-1e-4 * s, 0.0); }));
 }
 
-// 60 % in a few seconds, and a creep that does not end: quick, but no jump.
+// 60 % in a few seconds, and a creep that does not end. This is quick, but no jump.
 TEST(Plausibility, ASpecimenThatRelaxesQuicklyHasNotJumped) {
   FakeFrame frame;
   frame.eyes.stand(frame.t);
@@ -286,7 +340,7 @@ TEST(Plausibility, WhatTheFrameSaysOfItsPlaceIsHeldAgainstItsSamples) {
   FakeFrame settles(f);
   settles.eyes.stand(settles.t, 1e-3);
   EXPECT_FALSE(settles.until_noticed(5, [](double s) {
-    return Place(s < 0.3 ? 0.9e-3 : 1e-3 - 2e-6, 0.5);  // samples that come late, and it settles
+    return Place(s < 0.3 ? 0.9e-3 : 1e-3 - 2e-6, 0.5);  // samples that come late while it settles
   }) && settles.found->why.find("said") != std::string::npos);
 }
 
@@ -330,7 +384,7 @@ ForceScatter scatter(double noise_N, double digit_N) {
   return ForceScatter(rest);
 }
 
-// How often equal digits follow each other by chance, against what the figure allows.
+// How often equal digits follow each other by chance, compared with what the figure allows.
 TEST(WatchFigures, AHealthyCellNeverRepeatsItselfThatOften) {
   const ForceBound rigid{Compression()};
   for (const double digit_N : {1e-5, 1e-4, 3e-4, 9e-4, 1.1e-3, 1.4e-3, 1.7e-3}) {
@@ -369,7 +423,7 @@ TEST(Rest, TellsADriftAndHowWellItIsKnown) {
   EXPECT_NEAR(rest.drift_error_N_s(), 1e-3 * std::sqrt(12.0 / 150) / 3, 5e-5);
 }
 
-// 50.3 Hz of 10 mN, sampled fifty times a second: a slow wave, and no drift.
+// 50.3 Hz of 10 mN, sampled fifty times a second, looks like a slow wave. It is not a drift.
 TEST(Rest, HumThatTheSamplingMakesSlowIsNoDrift) {
   for (int phase = 0; phase < 12; ++phase) {
     Rest rest;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specimens of several kinds, pressed by arithmetic of their own, and cells that do not show it.
+// Specimens of several kinds, pressed by independent arithmetic, and cells that show no force.
 #include "protocols/watch/press_watch.hpp"
 
 #include <gmock/gmock.h>
@@ -14,11 +14,11 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-constexpr double kStiffness_N_m = 100e3, kTolerance_N = 0.01, kDoubt_m = 1e-6;
+constexpr double kPressStiffness_N_m = 100e3, kTolerance_N = 0.01, kDoubt_m = 1e-6;
 
-// A contact of 100 N/mm that was found at 1 mm, with 0.05 N.
+// A contact of 100 N/mm that was found at 1 mm with 0.05 N.
 struct Pressed {
-  Pressed() { eyes.know(t, 1e-3, 0.05, kStiffness_N_m); }
+  Pressed() { eyes.know(t, 1e-3, 0.05, kPressStiffness_N_m); }
   void begin(double felt_N, std::optional<double> relaxes_N_s = std::nullopt, bool holds = false,
              double speed_m_s = 0) {
     PressWatch::Motion m;
@@ -28,8 +28,8 @@ struct Pressed {
     m.holds = holds;
     eyes.begin(m, t);
   }
-  // From `from_m` beyond contact, at this speed; `shown` is told depth and seconds. The depth at
-  // which it was noticed.
+  // Presses from `from_m` beyond contact at this speed. `shown` gives the force for depth and
+  // seconds. Returns the depth at which something was noticed.
   std::optional<double> press(double from_m, double to_m, double speed_m_s,
                               const std::function<double(double, double)>& shown) {
     for (double s = 0; from_m + speed_m_s * s <= to_m; s += 0.02) {
@@ -48,7 +48,7 @@ struct Pressed {
 };
 
 double linear(double depth_m, double /*s*/) {
-  return std::max(0.0, kStiffness_N_m * (depth_m + 0.5e-6));
+  return std::max(0.0, kPressStiffness_N_m * (depth_m + 0.5e-6));
 }
 
 TEST(PressWatch, BelievesSpecimensThatPushBack) {
@@ -68,7 +68,7 @@ TEST(PressWatch, BelievesSpecimensThatPushBack) {
       Pressed p;
       p.begin(0);
       EXPECT_FALSE(p.press(-10e-6, 100e-6, speed, specimen)) << p.why.value_or("");
-      // ... and again, after it stood and lost a third of its force.
+      // ... and again, after the probe stood still and lost a third of its force.
       const double felt_N = specimen(100e-6, 0) * 0.67;
       p.eyes.rest(1.1e-3, felt_N);
       p.begin(felt_N);
@@ -115,7 +115,7 @@ TEST(PressWatch, AGainThatFellToATenthIsNoticedNearContact) {
   EXPECT_LT(linear(*depth, 0), 0.5);
 }
 
-// A hundred micrometres in an hour under a force that is held: the frame follows, that is all.
+// A hundred micrometres in an hour under a held force: the frame only follows the specimen.
 TEST(PressWatch, AForceThatIsHeldMayCreep) {
   Pressed p;
   p.begin(0.5, 1e-3, true);
@@ -124,7 +124,7 @@ TEST(PressWatch, AForceThatIsHeldMayCreep) {
   EXPECT_TRUE(p.press(105e-6, 200e-6, 20e-6, [](double, double) { return 0.5; }));
 }
 
-// It brakes, stands, and loses most of its force before it says that it is done.
+// The frame brakes, stands, and loses most of its force before it says that it is done.
 TEST(PressWatch, AFrameThatBrakesIsPressingNoDeeper) {
   Pressed p;
   p.begin(0, std::nullopt, false, 1e-4);
@@ -147,8 +147,8 @@ TEST(PressWatch, OneSampleIsNoProofAndWithoutAContactThereIsNone) {
   EXPECT_FALSE(nothing.furthest_m(MonoTime() + 1s, 1, kTolerance_N, kDoubt_m));
 }
 
-// The device's own end of a search for a force: no healthy specimen is pressed so far, and a cell
-// that shows nothing presses no further.
+// The device's own end of a search for a force: no healthy specimen needs to be pressed that far,
+// and with a cell that shows nothing the frame presses no further.
 TEST(PressWatch, SaysHowFarAForceIsReachedAtTheLatest) {
   Pressed p;
   p.begin(0);
@@ -158,8 +158,8 @@ TEST(PressWatch, SaysHowFarAForceIsReachedAtTheLatest) {
     return 0.06 * linear(x, 0) + std::min(linear(x, 0), 0.1);
   });
   EXPECT_FALSE(depth) << *p.why;
-  EXPECT_GT(*end - 1e-3, 1.0 / kStiffness_N_m);
-  EXPECT_LT(*end - 1e-3, 25.0 / kStiffness_N_m);
+  EXPECT_GT(*end - 1e-3, 1.0 / kPressStiffness_N_m);
+  EXPECT_LT(*end - 1e-3, 25.0 / kPressStiffness_N_m);
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ TEST(Pressing, AForceLoopThatNobodyDescribedIsNotUsed) {
   EXPECT_TRUE(pressing.ramp(standing_at(0), 0, 0.1)) << "less force";
 }
 
-// The device's limit ended it: that it was needed shows that the prediction was wrong.
+// The device's limit ended the motion. That it was needed shows that the prediction was wrong.
 TEST(Pressing, AForceLimitThatCutAMotionShortCountsAsExceeded) {
   Pressing pressing = on(120e3);
   const auto permit = pressing.to_force(standing_at(0), 0.5, 0.1e-3);

@@ -23,7 +23,7 @@ class Progress : public RunFixture {
     auto r = co_await first_to_end(wait_as(state), interrupt());
     co_return r;
   }
-  // Something interrupts it after 10 s.
+  // Executes a step that something interrupts after 10 s.
   template <class S>
   Task<> carry_out(const S& what, typename S::Progress& remembered) {
     auto r = co_await either(what.execute(parts(), remembered), clock.wait_for(10s));
@@ -68,7 +68,7 @@ TEST_F(Progress, AStateThatWasInterruptedComesBack) {
   EXPECT_EQ(progress().state(), RunState::running);
 }
 
-// A loss while somebody has paused the run.
+// An instrument is lost while somebody has paused the run.
 TEST_F(Progress, AStateWithinAnotherEndsInThatOne) {
   progress().enter(RunState::running);
   {
@@ -79,7 +79,7 @@ TEST_F(Progress, AStateWithinAnotherEndsInThatOne) {
   EXPECT_EQ(progress().state(), RunState::running);
 }
 
-// `finally` may ask, too, and then goes on.
+// `finally` may ask, too, and continues afterwards.
 TEST_F(Progress, AQuestionOfFinallyLeavesTheRunFinishing) {
   AskStep ask;
   ask.text = "Lid open?";

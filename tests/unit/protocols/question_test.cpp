@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which answers a question takes, and what it says of the others.
+// Which answers a question accepts, and what it says about the others.
 #include "protocols/question.hpp"
 
 #include <gmock/gmock.h>

@@ -31,7 +31,7 @@ class Parts : public RunFixture {
     const Number speed(1e-3), timeout(60);
     return run(move_to_place(to, speed, timeout, parts()));
   }
-  // Whether the wait ended by itself within `patience`.
+  // True if the wait ended by itself within `patience`.
   bool waits_out(double duration_s, WaitProgress& progress, Duration patience) {
     return run(wait_beside(duration_s, progress, patience)) == 0;
   }
@@ -75,7 +75,7 @@ TEST_F(Parts, WaitForTheRestAfterAnInterruption) {
   WaitProgress progress;
   EXPECT_FALSE(waits_out(10, progress, 4s));
   progress.interrupt(clock.now());
-  clock.run_for(io, 100s);  // the pause is no part of it
+  clock.run_for(io, 100s);  // the pause does not count
   const MonoTime again = clock.now();
   EXPECT_TRUE(waits_out(10, progress, 60s));
   EXPECT_EQ(clock.now() - again, 6s);

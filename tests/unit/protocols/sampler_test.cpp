@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// An exchange takes 100 ms; two at a time are counted.
+// An exchange takes 100 ms. Two at the same time are counted.
 class SlowMeter final : public LcrMeter {
  public:
   explicit SlowMeter(Clock& clock) : clock_(clock) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Facts that the kinds of steps state: parser, planner and runner ask nothing else.
+// The facts that the kinds of steps state; parser, planner and runner ask for nothing else.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -112,7 +112,7 @@ TEST(Steps, ATargetIsAForceByAreaOrGravity) {
   EXPECT_FALSE(is_force(at(TargetKind::gap, 0.5)));
 }
 
-// The planner forgot the interval here, the runner kept it.
+// Once the planner forgot the interval here and the runner kept it.
 TEST(Steps, AMeterThatIsAskedForEachReadingIsNotPolled) {
   Environment env;
   LcrSettings settings;
@@ -131,8 +131,8 @@ std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// For an author of a new step: checks what the compiler cannot. A file of the corpus that uses it
-// makes check_schema.py try the whole of its schema.
+// For authors of a new step: checks what the compiler cannot. A file of the corpus that uses the
+// step makes check_schema.py try its whole schema.
 TEST(Steps, EveryKindIsInTheSchemaTheCorpusAndOnThePageOfTheProtocolFile) {
   const std::string schema = text_of("schema/protocol.schema.json");
   const std::string page = text_of("docs/protocol-file.md");

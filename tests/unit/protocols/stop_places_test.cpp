@@ -48,7 +48,7 @@ std::string sweep(const std::string& id, const std::string& name, const std::str
 
 struct Walk {
   explicit Walk(const std::string& steps) : protocol(parse_protocol(file(steps), "t").value()) {}
-  // The steps that end such a place, each with its number in the order of execution.
+  // The steps at the end of such places, each with its number in the order of execution.
   std::vector<std::string> ends(StopPlace place) {
     StopPlaces places(environment);
     StepCursor cursor(protocol.steps, environment);
@@ -60,7 +60,7 @@ struct Walk {
     }
     return out;
   }
-  // From the n-th step (from 1): the number of the last step of the place that comes next.
+  // For the n-th step (from 1): the last step of the place that ends next, with its number.
   std::string next(int n, StopPlace place) {
     StopPlaces places(environment);
     StepCursor cursor(protocol.steps, environment);
@@ -81,7 +81,7 @@ struct Walk {
   Environment environment;
 };
 
-// The static experiment: the sweep only loads, the repeat around it unloads.
+// The static experiment: the sweep only loads; the repeat around it unloads.
 const std::string kStatic =
     mark("begin") + "," +
     repeat("pass", 2,
@@ -140,7 +140,7 @@ TEST(StopPlaces, OfWhatIsNotUnderWayNothingIsBegun) {
   EXPECT_EQ(walk.next(9, StopPlace::level), "9 rest");
 }
 
-// Two measures at one load: the motion belongs to the first.
+// Two measures at one load: the motion belongs to the first one.
 TEST(StopPlaces, ALevelIsOneMeasureWithTheMotionBeforeIt) {
   Walk walk(load("fast", "1") + "," + load("slow", "2") + "," + measure("a") + "," + mark("m") +
             "," + measure("b"));
@@ -188,10 +188,10 @@ TEST(StopPlaces, ASafePointIsWhereTheFileSaysSo) {
 TEST(StopPlaces, EveryWordIsReadAsItIsWritten) {
   for (const StopPlace place : {StopPlace::step, StopPlace::level, StopPlace::cycle,
                                 StopPlace::repeat, StopPlace::safe_point}) {
-    EXPECT_EQ(parse_stop_place(to_string(place)), place);
+    EXPECT_EQ(parse_word<StopPlace>(to_string(place)), place);
   }
-  EXPECT_FALSE(parse_stop_place("levels"));
-  EXPECT_FALSE(parse_stop_place(""));
+  EXPECT_FALSE(parse_word<StopPlace>("levels"));
+  EXPECT_FALSE(parse_word<StopPlace>(""));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace lcrig {
 namespace {
 
-// Writes readings without end and tells `fd` how many are acknowledged after each commit.
+// Writes readings without end, and after each commit writes to `fd` how many are acknowledged.
 [[noreturn]] void record_forever(const std::string& path, int fd) {
   asio::io_context io;
   RealClock clock;

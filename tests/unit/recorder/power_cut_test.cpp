@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acknowledged rows survive a power cut at any write: everything that was not synced may be gone,
-// or half there.
+// Acknowledged rows survive a power cut at any write. What was not synced may be lost completely or
+// in part.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -35,12 +35,12 @@ Batch some_rows(std::mt19937_64& random) {
   return batch;
 }
 
-// Records until the power fails; returns how many readings had been acknowledged by then.
+// Records until the power fails. Returns how many readings had been acknowledged by then.
 std::int64_t record_until_cut(const std::string& path, support::PowerCutVfs& disk,
                               const char* pragma, std::mt19937_64& random) {
   auto owned = open_as_owner(path, 1);
   if (!owned || !owned->db.execute(pragma)) return -1;
-  // Checkpoints often, so that many cuts fall into one.
+  // Frequent checkpoints, so that many cuts happen during one.
   if (!owned->db.execute("PRAGMA wal_autocheckpoint = 8")) return -1;
   auto run = insert_run(owned->db, RunRow());
   auto writer = BatchWriter::prepare(owned->db);
@@ -100,7 +100,7 @@ TEST(PowerCut, LosesNoAcknowledgedReadingAndKeepsTheChain) {
   }
 }
 
-// The disk of this test does lose what is not synced: with NORMAL the same cuts lose readings.
+// The disk of this test really loses what is not synced: with NORMAL the same cuts lose readings.
 TEST(PowerCut, TheTestSeesWhatARelaxedDatabaseLoses) {
   int lossy = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {

@@ -252,7 +252,7 @@ TEST_F(RecorderTest, VirtualTimeWaitsForTheDiskInsteadOfOverflowing) {
   EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading"), 20'000);
 }
 
-// The rows of each commit, and how many there were.
+// For each commit its number of rows, and how many commits there were.
 TEST_F(RecorderTest, InVirtualTimeASlowDiskChangesNoCommit) {
   std::vector<std::string> commits;
   for (const Duration delay : {0ms, 3ms}) {
@@ -298,7 +298,7 @@ TEST_F(RecorderTest, AFullQueueFailsTheRunAndSaysHowMuchIsMissing) {
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
 }
 
-// The kernel refuses to let a file grow: EFBIG, an I/O error to SQLite.
+// The kernel refuses to let a file grow: EFBIG, which SQLite reports as an I/O error.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {
@@ -508,7 +508,7 @@ TEST_F(LockedRecorder, ALockThatIsForgottenEndsTheRunAndItsRowsAreStoredWhenItGo
   EXPECT_TRUE(chain(run_).intact) << chain(run_).finding;
 }
 
-// The watchdog counts it: the end of a run waits for a lock as long as its rows do.
+// The watchdog counts the progress: the end of a run waits for a lock as long as its rows do.
 TEST_F(LockedRecorder, TheEndOfARunMovesOnWhileItWaits) {
   begin_with(60s);
   push_readings(7);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run that somebody cut short or wrote anew, in every way that needs only write access to the
-// file: what `verify` finds by itself, and what only an anchor finds that was kept elsewhere.
+// A run that somebody cut short or rewrote, in every way that needs only write access to the file.
+// Some ways `verify` finds by itself; others it finds only with an anchor that was kept elsewhere.
 #include "storage/anchor.hpp"
 
 #include <fcntl.h>
@@ -25,10 +25,10 @@ namespace {
 using testing::HasSubstr;
 
 constexpr std::int64_t kRun = 1;
-constexpr int kBatches = 40;  // each one link with an event and two samples
-constexpr std::int64_t kLinks = kBatches + 2;  // with that of the run row and that of the end
+constexpr int kBatches = 40;  // each is one link, with an event and two samples
+constexpr std::int64_t kLinks = kBatches + 2;  // including those of the run row and of the end
 
-// Nothing here has to survive a power cut.
+// A power cut need not be survived here.
 Database quick(const std::string& path) {
   auto db = open_read_write(path).value();
   EXPECT_TRUE(db.execute("PRAGMA synchronous = OFF"));
@@ -68,7 +68,7 @@ void record(const Database& db) {
   end_run(db);
 }
 
-// As somebody would who gets around the triggers.
+// Changes the database as somebody would who gets around the triggers.
 void tamper(const Database& db, const std::string& sql) {
   const auto triggers =
       db.rows("SELECT name FROM sqlite_schema WHERE type = 'trigger'", [](const Statement& s) {
@@ -102,7 +102,7 @@ Cut cut_by(const std::string& name, const std::string& sql) {
   return {name, [sql](const Database& db) { tamper(db, sql); }};
 }
 
-// Everything behind link `kept`, in every combination.
+// Removes everything after link `kept`, in every combination.
 void add_tails(std::int64_t kept, std::vector<Cut>& out) {
   const std::string tail = fmt::format("the last {} links", kLinks - kept);
   const std::string gone = rows_after(kept) + links_after(kept) + kNoEnd;
@@ -224,7 +224,7 @@ TEST_F(Anchors, AreThoseOfTheEndWhateverNotesCameLater) {
   EXPECT_THAT(verified(later.head).finding, HasSubstr("that of 43 links, but there are 42"));
 }
 
-// Whatever else was cut away with the end: the anchor that was stored with it tells.
+// Whatever else was cut away with the end, the anchor that was stored with the end reveals it.
 TEST_F(Anchors, TellOfADeletedEndWhenTheRunIsClosedAgain) {
   EXPECT_EQ(get_earlier_anchor(db_, kRun).value(), std::nullopt);
   db_ = Database();
@@ -327,7 +327,7 @@ TEST(WriterLocks, AreAskedForWithoutCreatingOrTakingThem) {
   EXPECT_FALSE(WriterLock::acquire(dir.file("link.db")));
 }
 
-// Whoever may read the database may read FILE.lock, and lock what he reads.
+// Whoever can read the database can also read FILE.lock, and lock it.
 TEST(WriterLocks, AreNotHeldUpByALockOfAReader) {
   const TempDir dir;
   const std::string path = dir.file("a.db");

@@ -25,7 +25,7 @@ using testing::IsEmpty;
 
 class Backup : public testing::Test {
  protected:
-  // Two runs, of which the second goes on, and more pages than one step takes.
+  // Two runs, of which the second goes on, and more pages than one step of the copy takes.
   void SetUp() override {
     auto db = open_read_write(path_);
     ASSERT_TRUE(db) << db.error().what;
@@ -91,7 +91,7 @@ TEST_F(Backup, HoldsEveryRunAndIsChecked) {
   EXPECT_TRUE(verify_chain(open_read_only(copy_).value(), 1)->intact);
 }
 
-// The writer does not wait, and the copy does not begin anew with each of its commits.
+// The writer does not wait, and the copy does not start again with each of its commits.
 TEST_F(Backup, IsOneStateWhileARunGoesOn) {
   int asked = 0;
   CopyOptions options;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches as they are stored: all of a table's runs or none, with the order that was drawn.
+// Stored batches: all runs of a table or none, in the order that was drawn.
 #include "storage/batches.hpp"
 
 #include <gmock/gmock.h>
@@ -90,7 +90,7 @@ TEST(Batches, KnowTheRunsThatTheirEntriesBecame) {
   EXPECT_TRUE(listed[1].runs.empty());
 }
 
-// The process that adds a batch dies at its nth write: the whole table is there afterwards, or none
+// The process that adds a batch dies at its nth write. Afterwards the whole table is there, or none
 // of it.
 TEST(Batches, AKillAtAnyWriteLeavesAllOrNothing) {
   int whole = 0, none = 0;

@@ -50,7 +50,8 @@ class ChainTest : public testing::Test {
     ASSERT_TRUE(chain->append(*head, hash));
     ASSERT_TRUE(transaction->commit());
   }
-  // As somebody would who gets around the triggers; the report of the chain afterwards.
+  // Changes the database as somebody would who gets around the triggers; returns the chain's
+  // report.
   ChainReport after(const std::string& sql) {
     auto triggers = db_.execute(
         "DROP TRIGGER frame_sample_no_update; DROP TRIGGER frame_sample_no_delete;"

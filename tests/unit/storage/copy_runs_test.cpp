@@ -169,7 +169,7 @@ TEST_F(RunCopies, AreWholeAndKeepTheirNameAndTheirChain) {
   EXPECT_EQ(fs::file_size(to_ + "-wal"), 0U) << "the file alone is whole";
 }
 
-// A new table of a run is added here, with whether it is copied.
+// Add a new table of a run here, with whether it is copied.
 TEST_F(RunCopies, LeaveNoTableOut) {
   const auto tables = db_.rows(
       "SELECT DISTINCT m.name FROM sqlite_schema AS m, pragma_foreign_key_list(m.name) AS k"
@@ -179,7 +179,7 @@ TEST_F(RunCopies, LeaveNoTableOut) {
                                           "queue_attempt",  // stays: the queue belongs to a rig
                                           "queue_entry",  // likewise
                                           "run_anchor",
-                                          "run_copy",  // is written anew
+                                          "run_copy",  // written anew
                                           "run_end", "run_note", "run_tag"));
 }
 
@@ -242,7 +242,7 @@ TEST_F(RunCopies, HaveANumberOfWhereTheyWereRecordedThatCannotBeChanged) {
   EXPECT_TRUE(verify_chain(other, 1).value().intact);
 }
 
-// docs/database.md says so: the chain covers what was recorded, and no more.
+// As docs/database.md says: the chain covers what was recorded and nothing else.
 TEST_F(RunCopies, HaveAnOriginBesideTheNumberThatIsNotHashed) {
   ASSERT_TRUE(copy({1}, to_));
   const auto other = open_read_write(to_).value();
@@ -365,7 +365,7 @@ TEST_F(RunCopies, LeaveNothingHalfOnAFullDisk) {
   EXPECT_GT(failures, 15);
 }
 
-// Once they are stored they stay: what is left to do is to move them from the log.
+// Once they are stored they stay; the rest of the work is to move them from the log.
 TEST_F(RunCopies, AreAllOrNoneInAnOlderDatabaseOnAFullDisk) {
   int none = 0, all = 0;
   for (std::int64_t n = 0;; n += 1 + n / 4) {

@@ -72,7 +72,7 @@ TEST(OpenReadWrite, TheHeaderOfTheFileTellsTheSchemaWhileItIsOpen) {
   EXPECT_EQ(schema, shipped_migrations().back().version);
 }
 
-// As after a daemon was killed: the run is in the log alone.
+// The state after a daemon was killed: the run is only in the log.
 class LogWithoutItsDatabase : public testing::Test {
  protected:
   void SetUp() override {
@@ -113,7 +113,7 @@ TEST_F(LogWithoutItsDatabase, IsNotEmptiedBesideAnEmptyFile) {
   expect_refused();
 }
 
-// Its log and its lock would have other names before the file is there than afterwards.
+// Until the file exists its log and its lock would have other names than afterwards.
 TEST(OpenReadWrite, RefusesALinkToNothing) {
   const TempDir dir;
   std::filesystem::create_symlink("none.db", dir.file("a.db"));
@@ -197,7 +197,7 @@ TEST(OpenReadOnly, RefusesAMissingAndAnEmptyFile) {
   EXPECT_THAT(open_read_only(dir.file("b.db")).error().what, HasSubstr("empty"));
 }
 
-// As in an archive: the file may not be written to bring it up to date.
+// As in an archive, the file may not be written to bring it up to date.
 TEST(OpenReadOnly, ReadsADatabaseOfTheFirstSchema) {
   TempDir dir;
   {
@@ -228,7 +228,7 @@ TEST(OpenReadWrite, LeavesAnEmptyLogAndItsIndexForReaders) {
   EXPECT_TRUE(left.contains("a.db-shm"));
 }
 
-// After a crash, of a copy, of an old file: what is there is read, and nothing is created.
+// After a crash, for a copy or for an old file: what is there is read, and nothing is created.
 TEST(OpenReadOnly, NeedsNoneOfTheFilesBesideTheDatabaseButReadsTheLog) {
   TempDir dir;
   const std::string path = dir.file("a.db");
@@ -283,7 +283,7 @@ TEST(OpenReadOnly, DoesNotWrite) {
   EXPECT_FALSE(db->execute("CREATE TABLE t (x INTEGER)"));
 }
 
-// The table of ends is made anew with the same rows: a chain of hashes covers them.
+// The table of ends is made anew with the same rows, because a chain of hashes covers them.
 TEST(Migrate, EndsOfRunsStayAsTheyWereWhenTheirWordsBecomeMore) {
   TempDir dir;
   const std::string path = dir.file("a.db");
@@ -375,7 +375,7 @@ TEST(Transaction, RollsBackWhatIsNotCommitted) {
   EXPECT_FALSE(db.in_transaction());
 }
 
-// SQLite would take each of them for an address: of another file, of memory, or of none.
+// SQLite would take each of these names for the address of another file, of memory, or of nothing.
 TEST(DatabaseNames, AreNamesOfFilesWhateverTheyLookLike) {
   const TempDir dir;
   const auto before = std::filesystem::current_path();

@@ -22,7 +22,7 @@ class FaultyDiskTest : public ::testing::Test {
     if (!db) throw std::runtime_error(db.error().what);
     return std::move(*db);
   }
-  // A row of 64 kB cannot fit into what is there already.
+  // A row of 64 kB, which cannot fit into the present file.
   static Result<> add_row(const Database& db) {
     return db.execute(
         "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES ("

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A process that works with the queue dies at each of its writes to the disk. Whatever it was told
-// to be stored is there, and no entry begins a second time without a person's word. Fifty lives by
-// default; for more: LCRIG_KILLS=200 unit_storage_tests --gtest_filter='QueueKills.*'.
+// is stored must be there, and no entry begins a second time without a person's consent. Fifty
+// lives by default; for more: LCRIG_KILLS=200 unit_storage_tests --gtest_filter='QueueKills.*'.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -21,7 +21,7 @@
 namespace lcrig {
 namespace {
 
-// Answers that the process got before it died, to be checked against the stored rows.
+// Acknowledgements that the process received before it died, to be checked against the stored rows.
 struct Told {
   enum class What : int { added, removed, begun, done, said };
   What what = What::added;
@@ -69,7 +69,7 @@ class Worker {
     if (!head) return;
     if (!get_queue_state(db_)->going) {
       const bool repeats = head->state != EntryState::waiting;
-      // A person says it before it is stored.
+      // A person consents before this is stored.
       if (repeats) tell(Told::What::said, head->entry);
       static_cast<void>(
           start_queue(db_, repeats ? HeadChoice::repeat : HeadChoice::none, by("lab")));
@@ -99,7 +99,7 @@ int lives_wanted() {
 
 class QueueKills : public testing::Test {
  protected:
-  // One life of a process. False: it came to its end alive.
+  // One life of a process. False: it reached its end alive.
   bool live(int operations, std::uint64_t seed) {
     int ends[2];
     EXPECT_EQ(::pipe(ends), 0);
@@ -128,7 +128,7 @@ class QueueKills : public testing::Test {
       case Told::What::said: ++said_[told.entry]; break;
     }
   }
-  // As the daemon does when it starts.
+  // Opens the database as the daemon does when it starts.
   void start_again() {
     auto db = open_read_write(path());
     ASSERT_TRUE(db) << db.error().what;

@@ -20,7 +20,7 @@ using testing::IsEmpty;
 class Queue : public testing::Test {
  protected:
   Queue() : db(open_read_write(dir.file("q.db")).value()) {
-    EXPECT_TRUE(db.execute("PRAGMA synchronous = OFF"));  // nothing here survives a power cut
+    EXPECT_TRUE(db.execute("PRAGMA synchronous = OFF"));  // a power cut need not be survived
   }
   std::int64_t add(const std::string& specimen, QueuePlace place = QueuePlace()) {
     auto entry = add_one(db, queued(specimen), place);
@@ -220,7 +220,7 @@ TEST_F(Queue, AfterACrashAnInterruptedEntryStaysAtTheHeadAndNothingGoes) {
   EXPECT_THAT(none.error().what, HasSubstr("--resume"));
   start(HeadChoice::resume);
   EXPECT_EQ(get_queue_entry(db, a)->resumes_run, run);
-  // The word that it may go on does not outlive a second crash.
+  // The consent to go on does not outlive a second crash.
   EXPECT_TRUE(settle_queue(db, 3).value());
   EXPECT_EQ(state(a), EntryState::interrupted);
   EXPECT_FALSE(get_queue_entry(db, a)->resumes_run);
@@ -254,7 +254,7 @@ TEST_F(Queue, OfTenThousandEntriesNoneIsLostOrOutOfOrder) {
   ASSERT_TRUE(entries) << entries.error().what;
   std::vector<std::int64_t> expected = *entries;
   EXPECT_EQ(order_of(db), expected);
-  // The last one to the front, again and again.
+  // Moves the last one to the front, again and again.
   for (int i = 0; i < 50; ++i) {
     ASSERT_TRUE(move_in_queue(db, expected.back(), at(Where::before, expected.front()), by("lab")));
     std::rotate(expected.begin(), expected.end() - 1, expected.end());

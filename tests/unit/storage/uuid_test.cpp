@@ -64,7 +64,7 @@ TEST(Uuid, OfANewRunIsCoveredByItsChain) {
   other.back() = other.back() == '0' ? '1' : '0';
   overwrite(db, "UPDATE run SET uuid = '" + other + "'");
   EXPECT_THAT(verify_chain(db, 1).value().finding, HasSubstr("link 1 does not match"));
-  other[14] = '8';  // as if it had been recorded before there were any
+  other[14] = '8';  // as if the run had been recorded before uuids
   ASSERT_TRUE(db.execute("UPDATE run SET uuid = '" + other + "'"));
   EXPECT_FALSE(verify_chain(db, 1).value().intact);
   ASSERT_TRUE(db.execute("UPDATE run SET uuid = '" + uuid + "'"));
@@ -81,7 +81,7 @@ TEST(Uuid, IsNeededByEveryRunAndOfOneOnly) {
   EXPECT_FALSE(db.execute("INSERT INTO run SELECT * FROM run"));
 }
 
-// Two copies of a database that are brought up to date apart give a run the same name.
+// Two copies of a database that are brought up to date separately give a run the same name.
 TEST(Uuid, OfAnOldRunFollowsFromItsFirstLink) {
   const TempDir dir;
   std::string names[2];
@@ -126,7 +126,7 @@ TEST(Uuid, OfAnOldRunCannotBeChangedUnnoticed) {
   EXPECT_FALSE(verify_chain(db, 1).value().intact);
 }
 
-// A daemon must start with a database that somebody has changed.
+// A daemon must start even with a database that somebody has changed.
 TEST(Uuid, IsGivenToOldRunsWithoutALinkOrWithThatOfAnother) {
   const TempDir dir;
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specimens, benches and config files are corrected once, too: as protocols (unit/protocols).
+// People correct specimens, benches and config files once, too, like protocols (unit/protocols).
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -43,7 +43,7 @@ TEST(AllMistakesOfOtherFiles, AreEachSaidOnce) {
       SCOPED_TRACE(entry.path());
       const auto document = load_json(entry.path().string());
       ASSERT_TRUE(document);
-      // Without its bench it lacks all instruments.
+      // Without its bench the file lacks all instruments.
       if (entry.path().filename() == "bench.json") continue;
       EXPECT_GT(support::expect_each_wrong_value_said_once(document->root(), kind.parse), 2);
       support::expect_each_wrong_key_said_once(document->root(), kind.parse, kind.free_names);

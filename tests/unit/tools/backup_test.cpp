@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `lcrig backup` and `lcrig restore`; what a copy is, storage/backup_test.cpp tells.
+// `lcrig backup` and `lcrig restore`. storage/backup_test.cpp tests the copy itself.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -26,7 +26,7 @@ class BackupCommands : public ::testing::Test {
     ASSERT_TRUE(insert_run(*db, RunRow()));
     ASSERT_TRUE(insert_run_end(*db, 1, RunEnd()));
   }
-  // As somebody would who gets around the triggers.
+  // Changes the database as somebody would who gets around the triggers.
   void change() const {
     const auto db = Database::open(path, Database::Mode::read_write_create);
     ASSERT_TRUE(db);
@@ -58,7 +58,7 @@ TEST_F(BackupCommands, OverwriteNothing) {
   EXPECT_EQ(cli.run({"restore", copy}), kUsage);
 }
 
-// Also when somebody removed the file under it.
+// Also tested when somebody has removed the file under the daemon.
 TEST_F(BackupCommands, RestoreNothingUnderADaemon) {
   ASSERT_EQ(cli.run({"backup", copy}), 0) << cli.err.str();
   {

@@ -28,7 +28,7 @@ class BudgetCommand : public testing::Test {
       text << file.rdbuf();
       cli.add_data(std::string("protocols/") + name + ".json", text.str());
       if (name != std::string_view("static-frame")) continue;
-      // Reads the meter during the measure steps only.
+      // A protocol that reads the meter during the measure steps only.
       std::string restless = text.str();
       restless.insert(restless.find(R"("trigger": "bus")"), R"("continuous": false, )");
       cli.add_data("protocols/restless.json", restless);
@@ -107,7 +107,7 @@ TEST_F(BudgetCommand, TargetIsMetByTheCheapestSetting) {
   }
 }
 
-// Nothing tells the dynamic range of one slow conversion a loading: that is no met target.
+// Nothing tells the dynamic range of one slow conversion in each loading: the target is unmet.
 TEST_F(BudgetCommand, AResultThatNothingPredictsIsUnmet) {
   const json out = budget({"dynamic-cycles", "--frequency-Hz", "100000", "--target", "1000%"});
   const json& slow = row(out, "slow", 100000);
@@ -124,8 +124,8 @@ TEST_F(BudgetCommand, AResultThatNothingPredictsIsUnmet) {
                                        slow["not_predicted"][0].get<std::string>()));
 }
 
-// The target is on the interval that `analyze` will print: the table shows it beside the standard
-// error.
+// The target applies to the interval that `analyze` will print. The table shows it beside the
+// standard error.
 TEST_F(BudgetCommand, TableShowsTheIntervalThatTheTargetIsOn) {
   const json out = budget({"static-frame"});
   const json& slope = row(out, "medium")["results"][1];
@@ -172,7 +172,7 @@ TEST_F(BudgetCommand, NoiseComesFromARecordedRun) {
   EXPECT_FALSE(row(out, "medium")["noise_guessed"].get<bool>());
   EXPECT_THAT(scatter("slow")["basis"], HasSubstr("a guess"));
   EXPECT_NEAR(scatter("fast")["standard_uncertainty"], expected * 60 / 44, 0.05 * expected);
-  // Rows that a test made are in no link of the chain.
+  // The rows that this test made are in no link of the chain.
   EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is not as it was recorded: level 1 is in no link"));
   EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--noise-from", "77",
                      "--db", recorded.db().path()}),

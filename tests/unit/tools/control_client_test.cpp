@@ -137,7 +137,7 @@ TEST_F(Served, TheDaemonsRefusalKeepsItsWordsAndHint) {
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("lcr0: *IDN? -> no reply"), HasSubstr("next: ")));
 }
 
-// The daemon parses a text without a path, and says its first mistake.
+// The daemon parses a text without a path, and reports its first mistake.
 TEST_F(Served, ABrokenProtocolIsToldAsACheckTellsIt) {
   const auto file = cli.dir.file("broken.json");
   std::ofstream(file) << R"({ "format": "load-protocol/1", "name": "my press",
@@ -205,7 +205,7 @@ TEST_F(Served, ARunThatWasStoppedWhereSomebodyAskedIsEight) {
   EXPECT_THAT(cli.out.str(), HasSubstr("run 7: stopped (after the level, step level: by lab)"));
 }
 
-// A daemon may refuse it all the same: by its rig, or its specimens.
+// A daemon may still refuse it because of its rig or its specimens.
 void make_correct(Cli& cli) {
   std::ifstream in("protocols/library/follow.json");
   cli.add_data("protocols/press.json", {std::istreambuf_iterator<char>(in), {}});
@@ -269,7 +269,7 @@ TEST_F(Served, WithNoneOrSeveralInterruptedRunsResumeRefusesAndSaysSo) {
   on_server([this] { EXPECT_THAT(handler.calls, testing::IsEmpty()); });
 }
 
-// The daemon knows no names that are only similar.
+// The daemon does not propose similar names, so the command line does.
 TEST_F(Served, AnUnknownSpecimenIsAnsweredWithTheNearest) {
   make_correct(cli);
   const auto db = cli.dir.file("daemons.db");

@@ -39,7 +39,7 @@ class Doctor : public ::testing::Test {
     fs::create_directories(fs::path(dir.file(name)).parent_path());
     std::ofstream(dir.file(name)) << text;
   }
-  // A terminal of this USB device, and who has it open.
+  // Adds a terminal of this USB device, and the process that has it open.
   void plug_in(const std::string& vendor, const std::string& product) const {
     file("dev/ttyUSB0", "");
     ::chmod(dir.file("dev/ttyUSB0").c_str(), 0666);
@@ -301,9 +301,7 @@ TEST_F(Doctor, TellsTheSettingsOfTheLastRunWithInstruments) {
   EXPECT_EQ(worst_of(findings), Health::warn);
 }
 
-constexpr std::int64_t kDay_ns = 86'400'000'000'000;
-
-// A database with a run at day 100, and what doctor says of the corrections.
+// A database with a run at day 100, and what doctor says about the corrections.
 class DoctorOnCorrections : public ::testing::Test {
  protected:
   void record(std::optional<bool> open, std::optional<bool> short_circuit, bool simulated = false) {
@@ -387,7 +385,7 @@ TEST_F(DoctorOnCorrections, OneThatIsOffIsWarnedOfUntilItIsMadeAnewOrTheMeterSay
   EXPECT_EQ(found(102)[0].health, Health::ok) << "read back as on after the run";
 }
 
-// The clock was ahead when it was made, and when a run began.
+// The clock was ahead when the correction was made, and when a run began.
 TEST_F(DoctorOnCorrections, ADateInTheFutureIsWarnedOfAndHidesNothing) {
   store(CorrectionKind::open, 400);
   store(CorrectionKind::short_circuit, 400);
@@ -451,7 +449,7 @@ TEST_F(DoctorOfADaemon, ComparesItsDatabaseWithTheFile) {
   EXPECT_THAT(cli.out.str(), Not(HasSubstr("another file")));
 }
 
-// What the packed file holds, in the folder that is given back.
+// Unpacks the bundle and returns the folder.
 std::string unpacked(const std::string& bundle) {
   const std::string folder = bundle + ".d";
   fs::create_directories(folder);
@@ -499,7 +497,7 @@ TEST_F(DoctorCommandLine, LeavesNothingBehindWhenABundleFails) {
   EXPECT_THAT(names_in(folder), ::testing::ElementsAre("b.tar.gz"));
 }
 
-// All but the database is below the limit.
+// Everything except the database is smaller than the limit.
 TEST_F(DoctorCommandLine, LeavesNoBundleBehindWithoutTheDatabaseThatDidNotFit) {
   const std::string folder = cli.dir.file("packed");
   fs::create_directories(folder);

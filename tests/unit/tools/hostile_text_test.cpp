@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names and notes that nobody should trust, through every command that shows them. The rows are
-// written past the checks at the entrance: a database may be older than those.
+// Names and notes that cannot be trusted, through every command that shows them. The rows are
+// written without the checks for new rows, because a database may be older than those.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -32,7 +32,7 @@ class Hostile : public testing::Test {
  protected:
   void SetUp() override { cli.variables["LCRIG_DB"] = path; }
   Database database() { return open_read_write(path).value(); }
-  // A closed run whose every free text is `note`; of a megabyte only the note is whole.
+  // Adds a closed run in which every free text is `note`; a megabyte is kept only in the note.
   void add_run(const Database& db, const std::string& note) {
     const std::string text = note.substr(0, 20'000);
     RunRow row;
@@ -144,7 +144,7 @@ TEST(HostileStatus, IsOneHarmlessLine) {
   }
 }
 
-// One run whose texts are all of them, through analysis and report.
+// One run whose texts are all of these, through analysis and report.
 TEST(HostileReport, IsWellFormedAndHoldsNothingForeign) {
   SyntheticRun run;
   run.row.specimen_name = run.row.protocol_name = run.row.operator_name = every_hostile_text();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples of docs/cli-json.md are what the commands print.
+// The examples of docs/cli-json.md must be what the commands print.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ json example(const std::string& command) {
   return json::parse(text, nullptr, false);
 }
 
-// Times of day, places and the speed of the computer differ.
+// Times of day, places and the speed of the computer may differ.
 void expect_alike(const json& shown, const json& printed) {
   ASSERT_TRUE(shown.is_object());
   for (const auto& [key, value] : printed.items()) {

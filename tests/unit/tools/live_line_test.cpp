@@ -95,7 +95,7 @@ TEST(LiveLine, NamesNoStepThatThereIsNot) {
   EXPECT_EQ(format_live_line(s, 80), "finishing");
 }
 
-// It was aborted before it came to that end.
+// The run was aborted before it reached that end.
 TEST(LiveLine, StopsAfterNothingOnceItFinishes) {
   RunStatus s;
   s.state = RunState::running;

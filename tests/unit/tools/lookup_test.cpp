@@ -54,7 +54,7 @@ TEST_F(Lookup, WithoutAnyProtocolTheListFails) {
   EXPECT_EQ(cli.run({"protocol", "list"}), kOk);
 }
 
-// By this name runs are found again, reports are titled, and the queue knows what is on the rig.
+// Runs are found by this name, reports are titled with it, and the queue compares it.
 TEST_F(Lookup, ASpecimenOfAFileIsCalledAsItSaysItself) {
   std::ifstream in("model/library/paper-1.json");
   const std::string text{std::istreambuf_iterator<char>(in), {}};

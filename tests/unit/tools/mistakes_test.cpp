@@ -6,7 +6,7 @@
 // Lines of a THEME.txt:
 //   # a comment
 //   file NAME            then its lines, until a line `end`
-//   bytes NAME 7b 7d     of a file that is no UTF-8
+//   bytes NAME 7b 7d     a file that is not UTF-8
 //   edit NAME: OLD => NEW    my.json: the shipped protocol NAME with OLD replaced
 //   $ COMMAND            run in a folder that has these files
 #include <gmock/gmock.h>
@@ -45,8 +45,8 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-// The commands in a `next:` line: it is one, or says one behind its last colon; and a question in
-// the parentheses behind it says one.
+// The commands in a `next:` line. The line is a command, or has one behind its last colon. A
+// question in the parentheses after it has another one.
 std::vector<std::string> proposed_in(const std::string& next) {
   const auto names_program = [](const std::string& text) {
     const auto program = text.substr(0, text.find(' '));
@@ -78,7 +78,7 @@ std::vector<std::string> proposed_lines(const std::string& answer) {
   return out;
 }
 
-// The words of a command that its answer quotes: they are what is wrong with it.
+// The words of a command that its answer quotes, because they are what is wrong with it.
 std::vector<std::string> blamed(const std::string& command, const std::string& answer) {
   std::vector<std::string> out;
   std::istringstream in(command);
@@ -91,7 +91,7 @@ std::vector<std::string> blamed(const std::string& command, const std::string& a
   return out;
 }
 
-// Refuses what a rehearsal refuses before it begins.
+// A rehearsal that only refuses what a real one refuses before it begins.
 Result<RehearseResult> rehearse_nothing(const RehearseRequest& request) {
   auto prepared = prepare_run(request);
   if (!prepared) return fail(prepared.error());
@@ -102,7 +102,7 @@ Result<RehearseResult> rehearse_nothing(const RehearseRequest& request) {
   return RehearseResult();
 }
 
-// The folder that the commands run in: the shipped files, an empty database, and a text file.
+// The folder in which the commands run: the shipped files, an empty database, and a text file.
 class Desk {
  public:
   Desk() : home_(fs::current_path()) {
@@ -152,13 +152,13 @@ class Desk {
   std::string answer_of(const std::vector<std::string>& words) {
     code_ = cli_.run(words);
     std::string said = replaced(cli_.out.str() + cli_.err.str(), cli_.dir.file(""), "~/");
-    // Where lcrig is installed, messages name the pages there.
+    // Messages name the pages where lcrig is installed.
     said = replaced(std::move(said), fs::path(doc_page("cli-json")).parent_path() / "", "docs/");
     return "exit " + std::to_string(code_) + "\n" + said;
   }
 
-  // A person who types the proposed command gets on: a shell reads it, its form is right, and the
-  // same is not said again.
+  // A person who types the proposed command gets further: a shell can read it, its form is right,
+  // and the same message does not come again.
   void try_proposals(const std::string& command, const std::string& answer) {
     const auto mistake = first_line(answer);
     for (const auto& line : proposed_lines(answer)) {

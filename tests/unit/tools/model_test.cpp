@@ -27,7 +27,7 @@ class ModelCommands : public ::testing::Test {
     EXPECT_EQ(cli.run(args), kOk) << cli.err.str();
     return json::parse(cli.out.str());
   }
-  // The command must fail like this, print nothing and say why.
+  // The command must fail in this way, print no result and say why.
   void expect_refused(const std::vector<std::string>& args, int code, const std::string& why) {
     EXPECT_EQ(cli.run(args), code) << ::testing::PrintToString(args);
     EXPECT_EQ(cli.out.str(), "") << ::testing::PrintToString(args);
@@ -163,7 +163,7 @@ TEST_F(ModelCommands, CurveRefusesAModulusOfNoSolid) {
   }
 }
 
-// 1000 layers on the finest mesh: refused by counting, not by running out of memory.
+// 1000 layers on the finest mesh are refused by counting, not by running out of memory.
 TEST_F(ModelCommands, CurveRefusesAMeshLargerThanMemory) {
   const std::string text(shipped_specimens().front().text);
   const auto begin = text.find("{ \"layers\"");
@@ -280,7 +280,7 @@ TEST_F(ModelFit, FindsTheModulusOfARecordedRun) {
   EXPECT_NEAR(mu["value"].get<double>(), 42, 4 * mu["standard_error"].get<double>());
   EXPECT_LT(mu["ci95"][0], mu["value"]);
   EXPECT_GT(mu["ci95"][1], mu["value"]);
-  EXPECT_GT(mu["rig_uncertainty"], 0.0057 * mu["value"].get<double>());  // the force alone
+  EXPECT_GT(mu["rig_uncertainty"], 0.0057 * mu["value"].get<double>());  // from the force alone
   EXPECT_GE(fit["points"], 4);
   EXPECT_TRUE(fit["contact_offset_kPa"]["ci95"].is_array());
   expect_refused({"model", "fit", "7"}, kFailed, "lcrig runs");
@@ -301,7 +301,7 @@ TEST_F(ModelFit, SaysOfARunThatWasChangedThatItWas) {
   EXPECT_EQ(fit["simulated"], true);
 }
 
-// The bench takes bonded specimens as it is shipped: `auto` finds a level within its tolerance.
+// The bench accepts bonded specimens as it is shipped: `auto` finds a level within its tolerance.
 class ModelFitBonded : public ModelFit {
   std::string specimen_text() const override {
     std::string text = ModelFit::specimen_text();

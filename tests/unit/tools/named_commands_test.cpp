@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts that tell somebody what to type name commands and programs that exist.
+// Texts that tell somebody what to type must name commands and programs that exist.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "run", "runs", "runs list": what may follow `lcrig`.
+// The words that may follow `lcrig`: "run", "runs", "runs list".
 std::set<std::string> known_words() {
   std::set<std::string> out{"help"};
   for (const auto& command : cli::make_commands()) {
@@ -29,7 +29,7 @@ std::set<std::string> known_words() {
   return out;
 }
 
-// In a group ("runs") the second word counts, too; after a whole command anything may follow.
+// In a group ("runs") the second word counts, too. After a whole command anything may follow.
 bool exists(const std::set<std::string>& known, const std::string& first,
             const std::string& second) {
   if (!known.contains(first)) return false;
@@ -41,7 +41,7 @@ bool exists(const std::set<std::string>& known, const std::string& first,
 std::vector<std::string> unknown_in(const std::string& text, const std::set<std::string>& known) {
   static const std::regex command(
       R"((?:^|[\n`(;:,>$&|] ?)lcrig ([a-z][a-z-]*)(?: ([a-z][a-z-]*))?)");
-  // Not the beginning of a longer name.
+  // The name must not be the beginning of a longer one.
   static const std::regex program(R"(\blcrig-[a-z]+\b(?![-/]))");
   static const std::set<std::string> programs{"lcrig-sim", "lcrig-gateway"};
   std::vector<std::string> out;
@@ -57,7 +57,7 @@ std::vector<std::string> unknown_in(const std::string& text, const std::set<std:
   return out;
 }
 
-// Code in a page: between backticks, and the lines of a fenced or indented block.
+// The code in a page: text in backticks, and the lines of fenced or indented blocks.
 std::string code_of_page(const fs::path& path) {
   static const std::regex span("`([^`]+)`");
   std::ifstream in(path);
@@ -78,7 +78,7 @@ std::string code_of_page(const fs::path& path) {
   return out;
 }
 
-// The texts of a source file, without its comments.
+// The string literals of a source file; its comments do not count.
 std::string strings_of_source(const fs::path& path) {
   static const std::regex literal(R"re("((?:[^"\\]|\\.)*)")re");
   std::ifstream in(path);
@@ -113,7 +113,7 @@ TEST(NamedCommands, NothingIsNamedThatDoesNotExist) {
   EXPECT_GT(sources, 200U);
 }
 
-// "runs show --frce": the options of a page that the command does not have.
+// Options on a page that the command does not have, as "runs show --frce".
 std::vector<std::string> unknown_options_in(const std::string& text) {
   static const std::regex call(
       R"((?:^|[\n`$/ ])lcrig ([a-z][a-z-]*)(?: ([a-z][a-z-]*))?([^\n`|;&]*))");

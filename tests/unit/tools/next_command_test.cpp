@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of `next:` lines are typed into a shell here, and do what was asked for before.
+// The commands of `next:` lines are typed into a shell here, and must do what was asked for before.
 
 #include <gmock/gmock.h>
 
@@ -59,7 +59,7 @@ class Choice {
   std::mt19937 random_;
 };
 
-// Words that people type, and some that they hardly do.
+// Words that people type, and some that they hardly ever type.
 const std::array<std::string, 9> kAwkward{"paper-1", "two words",     "it's $HOME `ls`",
                                           "a\"b\\c", "first\nsecond", "-starts-so",
                                           "100 %!",  "Größe \u202e",  "\xff\xfe"};
@@ -109,7 +109,7 @@ TEST_F(Served, WhatADryRunProposesRunsTheSame) {
     dry.emplace_back("--dry-run");
     const auto shown = ::testing::PrintToString(dry);
     const int planned = cli.run(dry);
-    if (planned == cli::kFailed) continue;  // text that the daemon refuses: no UTF-8
+    if (planned == cli::kFailed) continue;  // a text that is not UTF-8, which the daemon refuses
     ASSERT_EQ(planned, 0) << shown << cli.err.str();
     const auto next = proposed(cli);
     EXPECT_THAT(next, Not(Contains("--dry-run")));
@@ -122,7 +122,7 @@ TEST_F(Served, WhatADryRunProposesRunsTheSame) {
       EXPECT_EQ(plan.operator_name, start.operator_name) << shown;
       EXPECT_EQ(plan.note, start.note) << shown;
     });
-    // The last proposal looks at the same daemon and the same database.
+    // The last proposal must refer to the same daemon and the same database.
     const auto last = proposed(cli);
     for (const auto* where : {"--db", "--socket", "--config"}) {
       EXPECT_EQ(std::ranges::count(last, where), std::ranges::count(typed, where)) << shown;

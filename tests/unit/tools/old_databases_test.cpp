@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct OldFile {
   int schema;
-  const char* anchor;  // of its run, as the program that recorded it said
+  const char* anchor;  // of its run, as the program printed it that recorded the run
 };
 void PrintTo(const OldFile& file, std::ostream* out) {
   *out << "schema " << file.schema;
@@ -60,7 +60,7 @@ class OldDatabase : public ::testing::TestWithParam<OldFile> {
     EXPECT_EQ(shown["lcr_readings"], 420);
     EXPECT_EQ(shown["frame_samples"], 279);
     EXPECT_EQ(shown["events"], 53);
-    // Within their standard errors: a later program may estimate better.
+    // Within their standard errors, because a later program may estimate better.
     const json results = answer({"analyze", "1"});
     EXPECT_NEAR(results["C0_pF"].get<double>(), 3.649, 0.019);
     EXPECT_NEAR(results["dynamic_range_percent"].get<double>(), 11.04, 0.49);

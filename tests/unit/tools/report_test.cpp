@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `lcrig report` on rehearsed runs: every section, the numbers of the analysis, nothing from
-// outside, nothing that a text in the database could smuggle in.
+// `lcrig report` on rehearsed runs. A page must have every section and the numbers of the analysis.
+// It must have nothing from outside, and nothing that a text in the database could smuggle in.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -56,7 +56,7 @@ RehearseRequest short_static(const std::string& db) {
   return r;
 }
 
-// Run 1: static; run 2: dynamic; run 3: static, with texts that nobody should trust.
+// Run 1: static. Run 2: dynamic. Run 3: static, with texts that cannot be trusted.
 class Report : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -160,7 +160,7 @@ TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {
 constexpr const char* kLoading = "loading branch, from ";
 constexpr const char* kOfTheRig = "what this rig would show";
 
-// A slope without its branch and time is a number of nobody knows what.
+// Without its branch and time, a slope has no definite meaning.
 TEST_F(Report, SaysWhichSlopeItIsAndWhatItsIntervalIsFor) {
   const std::string html = page({"1"});
   const std::string results =
@@ -261,7 +261,7 @@ TEST_F(Report, TableHasOneRowARun) {
       }
     }
   }
-  // To the third digit of its standard error of some 6 fF.
+  // Up to the third digit of its standard error of some 6 fF.
   const Estimate c0 = *analysis(1).c0.estimate;
   ASSERT_GE(*c0.standard_error, 0.001);
   ASSERT_LT(*c0.standard_error, 0.01);
@@ -337,7 +337,7 @@ TEST_F(Report, ABrokenChainIsSaidFirst) {
   EXPECT_LT(html.find("reading 3 was changed"), html.find("id='results'"));
 }
 
-// A reader of the numbers need not think of `verify`.
+// A reader of the numbers should not have to think of `verify`.
 TEST_F(Report, ARunThatWasChangedIsCalledSoByWhateverShowsItsNumbers) {
   ASSERT_EQ(cli.run({"--db", db, "analyze", "1"}), 0) << cli.err.str();
   EXPECT_THAT(cli.out.str(), Not(HasSubstr("not as it was recorded")));

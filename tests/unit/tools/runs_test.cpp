@@ -45,7 +45,7 @@ class Runs : public ::testing::Test {
     row.protocol_name = "open-end";
     ASSERT_TRUE(insert_run(*db, row));
   }
-  // Run 2 goes on until the lock is gone.
+  // Keeps run 2 going until the lock is released.
   WriterLock record_the_second() const {
     auto lock = WriterLock::acquire(path).value();
     EXPECT_TRUE(lock.begin_run(2));
@@ -57,7 +57,7 @@ class Runs : public ::testing::Test {
     EXPECT_EQ(cli.run(args), code) << cli.err.str();
     return json::parse(cli.out.str(), nullptr, false);
   }
-  // As somebody would who gets around the triggers.
+  // Changes the database as somebody would who gets around the triggers.
   void change(const std::string& sql) const {
     auto db = Database::open(path, Database::Mode::read_write_create);
     ASSERT_TRUE(db);
@@ -314,7 +314,7 @@ TEST_F(Runs, AreExportedWithWhatVerifySays) {
   EXPECT_TRUE(package(folder)["lcrig"]["chain"]["anchor"].is_null());
 }
 
-// The first page is whole, so that the file opens; what follows is not.
+// The first page is intact, so the file can be opened, but the pages after it are damaged.
 TEST_F(Runs, OfADamagedFileABackupIsProposed) {
   {
     auto db = Database::open(path, Database::Mode::read_write_create);
@@ -341,7 +341,7 @@ TEST_F(Runs, OfADamagedFileABackupIsProposed) {
   }
 }
 
-// What a message begins with decides nothing: here it is the name of the database, and `--to`.
+// Advice must not depend on how a message begins: here with the name of the database, or `--to`.
 TEST_F(Runs, AreAdvisedOnByWhatIsWrongNotByItsWords) {
   const auto taken = path + "-out";
   std::ofstream(taken) << "a file";
@@ -409,7 +409,7 @@ TEST(RunListingLine, IsWhatAJsonValueWouldPrint) {
   run.run = 12;
   run.protocol_name = "creep";
   run.specimen_name = "a \"b\" \\ c\n\xc3\xa4";
-  run.operator_name = "ada\xff";  // no UTF-8
+  run.operator_name = "ada\xff";  // not UTF-8
   run.reason = "force 3 N\x1b[2J";
   run.tags = {"good", "t\"2"};
   run.lcr_readings = 42;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line, and a real control server in another thread.
+// The command line, and a real control server in another thread. Used by the tests of commands that
+// talk to a daemon.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -38,7 +39,7 @@ class Served : public ::testing::Test {
     work.reset();
     thread.join();
   }
-  // At once, so that `lcrig run` has something to follow.
+  // Ends the run at once, so that `lcrig run` has something to follow.
   void end_run() {
     RunEventNote note;
     note.run = 7;
@@ -46,7 +47,7 @@ class Served : public ::testing::Test {
     server.publish_event(note);
     server.publish_run_ended(ended);
   }
-  // Runs `f` where the server runs, and waits.
+  // Runs `f` in the server's thread, and waits for it.
   template <class F>
   void on_server(F f) {
     std::promise<void> done;

@@ -104,7 +104,7 @@ TEST_F(StatusOfMonitoring, AQueueIsJudgedByWhyItWaits) {
   status.queue->prompt = "put paper-2 on";
   EXPECT_EQ(verdict(), Verdict::warning);
   EXPECT_THAT(words(), HasSubstr("put paper-2 on"));
-  status.queue->gate.reset();  // of a kind that only a newer daemon knows
+  status.queue->gate.reset();  // a gate that only a newer daemon knows
   EXPECT_EQ(verdict(), Verdict::warning);
 }
 

@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// The daemon's database is not where anybody looks by default.
+// A daemon whose database is in no default place.
 class ServedRuns : public support::Served {
  protected:
   void SetUp() override {
@@ -88,7 +88,7 @@ TEST_F(ServedRuns, AreNotedByTheDaemonAndOtherFilesDirectly) {
   EXPECT_EQ(get_run_notes(db, 1).value().at(0).text, "mine");
 }
 
-// The daemon at another socket, or one that hangs, holds the lock.
+// A daemon at another socket, or one that hangs, holds the lock.
 TEST_F(ServedRuns, OfAFileThatSomebodyRecordsIntoAreNotNotedBesideHim) {
   const auto lock = WriterLock::acquire(other);
   ASSERT_TRUE(lock);
@@ -144,7 +144,8 @@ TEST_F(ServedRuns, AreStoppedAndLookedAtWhateverDatabaseIsNamed) {
   on_server([this] { EXPECT_THAT(handler.calls, ElementsAre("pause", "abort ", "freeze ")); });
 }
 
-// $LCRIG_DB is of the shell, not of this command: the run is made, and found where it is.
+// $LCRIG_DB belongs to the shell and not to this command. The run is made, and the next command
+// finds it where it is.
 TEST_F(ServedRuns, AreFoundWhereTheyWereMadeWhateverFileTheShellNames) {
   cli.add_data("protocols/press.json", "{}");
   cli.variables["LCRIG_DB"] = other;
@@ -166,7 +167,7 @@ TEST_F(ServedRuns, OfADaemonThatDoesNotSayWhichFileAreThoseOfTheDefault) {
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("does not say"), HasSubstr("uses " + other)));
 }
 
-// Listens, and never accepts or answers, as a daemon that was stopped with SIGSTOP.
+// Listens but never accepts or answers, like a daemon that was stopped with SIGSTOP.
 class Deaf : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -203,7 +204,7 @@ TEST_F(Deaf, DaemonsDoNotHoldAReadingCommandUp) {
   EXPECT_THAT(cli.err.str(), HasSubstr("it takes nothing")) << "the queue is full by now";
 }
 
-// A person waits at the frame.
+// A person waits at the frame, and must be told to stop it by hand.
 TEST_F(Deaf, DaemonsLeaveTheEmergencyStopToWhoWantsToStop) {
   std::vector<cli::ControlClient> queue;
   for (int i = 0; i < 3; ++i) {
@@ -232,10 +233,10 @@ TEST_F(Deaf, DaemonsAreToldOfByStatusBeforeLong) {
   EXPECT_THAT(cli.out.str(), AnyOf(HasSubstr("no answer in 0.03 s"), HasSubstr("takes nothing")));
 }
 
-// A note is permanent, and must not go to another run of the same number.
+// A note is permanent, so it must not be added to another run with the same number.
 TEST_F(Deaf, DaemonsDatabasesAreNotReplacedByOthersInWriting) {
   const std::string mine = cli.dir.file("mine.db"), specimen = cli.dir.file("mine.json");
-  cli.variables["LCRIG_DB"] = mine;  // of who names no daemon
+  cli.variables["LCRIG_DB"] = mine;  // counts if no daemon is named
   for (const std::string& db : {mine, cli.env.daemon_db.string()}) {
     auto made = open_read_write(db).value();
     ASSERT_TRUE(insert_run(made, RunRow()));
@@ -259,7 +260,7 @@ TEST_F(Deaf, DaemonsDatabasesAreNotReplacedByOthersInWriting) {
   cli.variables.erase("LCRIG_DB");
   cli.env.daemon_db = cli.dir.file("no-daemon.db");
   cli.variables["XDG_DATA_HOME"] = cli.dir.file("home");
-  expect_unwritten({});  // its socket is there
+  expect_unwritten({});  // the daemon's socket exists
   EXPECT_EQ(cli.run({"runs", "note", "last", "mine", "--db", mine}), 0) << cli.err.str();
 }
 
@@ -279,7 +280,7 @@ TEST(NoDaemon, IsSaidOnlyWhereOneWasExpected) {
                                    HasSubstr("uses " + cli.env.daemon_db.string())));
 }
 
-// Root, or who else may write to it, must not leave files of his own beside it.
+// Root, or anybody else who may write to it, must not leave files of their own next to it.
 TEST(NoDaemon, TheServicesFileIsNotWrittenToByAnybodyElse) {
   support::Cli cli;
   {
