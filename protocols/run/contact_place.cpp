@@ -7,6 +7,7 @@ void ContactPlace::place(double travel_m, double force_N) {
   truth_.forget_contact();  // unknown until its stiffness is measured
   travel_m_ = travel_m;
   force_N_ = force_N;
+  depth_m_ = 0;
   guard_.place_contact(travel_m);
 }
 

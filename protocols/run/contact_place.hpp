@@ -19,6 +19,9 @@ class ContactPlace {
   std::optional<double> travel_m() const { return travel_m_; }
   double force_N() const { return force_N_; }  // force there, beyond that at rest
   void place(double travel_m, double force_N);
+  // From there to gap zero the probe may already touch the specimen.
+  double depth_m() const { return depth_m_; }
+  void know_depth(double depth_m) { depth_m_ = depth_m; }
   void forget() { travel_m_.reset(); }
   // A continued run knows it from the run before. The gap limits are not set again.
   void take_from(std::optional<double> travel_m) { travel_m_ = travel_m; }
@@ -44,6 +47,7 @@ class ContactPlace {
   FrameTruth& truth_;
   std::optional<double> travel_m_;
   double force_N_ = 0;
+  double depth_m_ = 0;
   double zero_m_ = 0;
   std::optional<double> start_travel_m_, searched_from_m_;
 };

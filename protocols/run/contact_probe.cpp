@@ -23,24 +23,24 @@ constexpr double kEnough = 0.3;  // of the force at contact; below it further st
 constexpr double kLeft = 0.1;  // of the force at contact; below it the contact may be lost
 constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
 constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
+constexpr double kTail = 1.5;  // a contact that begins softly is left later than its slope tells
+constexpr double kRelaxed = 0.02;  // of the force; a smaller fall from look to look is waited for
+                                   // no longer
+constexpr double kSlow_s = 0.15;  // of the force in a second; a faster fall must be excluded
+constexpr std::size_t kMostLooks = 12;  // at contact
 constexpr double kGone = 0.05;  // of the threshold or the felt force; a smaller fall does not count
-
-double seconds_between(const Rest& a, const Rest& b) {
-  return a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
-}
 
 }  // namespace
 
 Task<Result<>> ContactProbe::step_back(double touched_m) {
-  co_await run_.setup.clock.wait_for(kStillArriving);
-  auto touched = co_await run_.view.watch_rest(kLook);
-  if (!touched) co_return fail(touched.error());
-  looks_.push_back(*touched);
+  auto looked = co_await look_at_contact();
+  if (!looked) co_return looked;
+  const double pressed_N = left_N(looks_.front());
   const FrameCapabilities caps = run_.contact.frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(run_.guard.limits(), caps).travel_min.si();
-  double step_m = first_step_m(), left_N = felt_N();
-  for (; step_m < kFarthest_m && std::abs(left_N) > kEnough * std::abs(felt_N()) &&
+  double step_m = first_step_m(), now_N = pressed_N;
+  for (; step_m < kFarthest_m && std::abs(now_N) > kEnough * std::abs(pressed_N) &&
          touched_m - step_m > end_m;
        step_m *= 2) {
     auto moved = co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed);
@@ -48,11 +48,35 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     co_await run_.setup.clock.wait_for(kStillArriving);
     auto now = co_await run_.view.watch_rest(kLook);
     if (!now) co_return fail(now.error());
-    left_N = now->force_N() - before_.force_N();
+    now_N = left_N(*now);
     looks_.push_back(*now);
     // A contact never presses harder on the way back, so this is none.
-    if (std::abs(left_N) > kMore * std::abs(felt_N()) + kContactSigmas * now->error_N()) break;
+    if (std::abs(now_N) > kMore * std::abs(pressed_N) + kContactSigmas * now->error_N()) break;
   }
+  co_return Result<>();
+}
+
+// Looks twice, and on until the specimen has relaxed. How fast the force falls at constant travel
+// tells it from a fall on the way back.
+Task<Result<>> ContactProbe::look_at_contact() {
+  co_await run_.setup.clock.wait_for(kStillArriving);
+  auto first = co_await run_.view.watch_rest(kLook);
+  if (!first) co_return fail(first.error());
+  touched_ = *first;
+  std::vector<Rest> looks(1, *first);
+  for (bool relaxed = false; !relaxed && looks.size() < kMostLooks;) {
+    auto now = co_await run_.view.watch_rest(kLook);
+    if (!now) co_return fail(now.error());
+    for (const Rest& before : looks) {
+      relaxes_N_s_ = std::min(relaxes_N_s_, fastest_fall_N_s(before, *now));
+    }
+    const double fallen_N = std::abs(left_N(looks.back())) - std::abs(left_N(*now));
+    const double error_N = kSlopeSigmas * std::hypot(looks.back().error_N(), now->error_N());
+    const double felt_N = std::abs(this->felt_N());
+    relaxed = fallen_N < std::max(error_N, kRelaxed * felt_N) && relaxes_N_s_ < kSlow_s * felt_N;
+    looks.push_back(*now);
+  }
+  looks_.assign(1, looks.back());
   co_return Result<>();
 }
 
@@ -100,6 +124,22 @@ const Rest& ContactProbe::off_contact(const Rest& after) const {
   return is_nearer && after.force_N() - farthest.force_N() > doubt_N ? farthest : after;
 }
 
+double ContactProbe::depth_m() const {
+  const Rest& farthest = looks_.back();
+  const double pressed_N = left_N(looks_.front());
+  const double fallen_N = pressed_N - std::max(0.0, left_N(farthest));
+  if (!touched_->travel_m() || !farthest.travel_m() || !(fallen_N > 0)) return 0;
+  const double way_m = *touched_->travel_m() - *farthest.travel_m();
+  return kTail * way_m * pressed_N / fallen_N;
+}
+
+bool ContactProbe::presses(const Rest& look) const {
+  if (!touched_->travel_m() || !look.travel_m()) return false;
+  const double error_N = kSlopeSigmas * std::hypot(before_.error_N(), look.error_N());
+  return *touched_->travel_m() - *look.travel_m() < depth_m() &&
+         left_N(look) > 2 * error_N + run_.truth.zero_doubt_N();
+}
+
 // Counts the looks in which contact certainly remained, because a step that lost contact would make
 // it seem softer than it is. The force must exceed what the cell shows without contact, before and
 // afterwards, because its zero may have drifted meanwhile.
@@ -107,24 +147,26 @@ std::size_t ContactProbe::touching(const Rest& after) const {
   const double none_N = std::max(before_.force_N(), after.force_N());
   const auto lost = std::find_if(looks_.begin() + 1, looks_.end(), [&](const Rest& now) {
     const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now.error_N());
-    return now.force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N());
+    return now.force_N() - none_N < std::max(2 * noise_N, kLeft * left_N(looks_.front()));
   });
   return static_cast<std::size_t>(lost - looks_.begin());
 }
 
 void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const {
-  const Rest& touched = looks_.front();
   const double passed_s = seconds_between(before_, after);
   const double drift_N_s =
       passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
-  auto slope = contact_slope(looks_, touching(after), felt_N(), drift_N_s);
+  auto slope =
+      contact_slope(looks_, touching(after), left_N(looks_.front()), drift_N_s, relaxes_N_s_);
+  // What relaxes since the probe came in is missing in the slope, and a quick motion feels it.
+  if (slope) slope->at_most *= std::max(1.0, felt_N() / left_N(looks_.front()));
   // The rise of the force while the frame stopped must fit the slope, too.
   const double noise_N = run_.truth.noise_N();
   if (slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N)) {
     slope.reset();
   }
   StiffnessEvent measured;
-  measured.force_N = touched.force_N();
+  measured.force_N = touched_N();
   if (slope) {
     measured.stiffness_N_m = slope->about;
     measured.at_most_N_m = slope->at_most;
@@ -133,7 +175,9 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
   run_.event(measured);
   if (!slope) return;
   run_.pressing->measured(felt_N(), slope->at_most);
-  if (touched.travel_m()) run_.truth.know_contact(*touched.travel_m(), felt_N(), slope->at_least);
+  if (touched_->travel_m()) {
+    run_.truth.know_contact(*touched_->travel_m(), felt_N(), slope->at_least);
+  }
 }
 
 }  // namespace lcrig

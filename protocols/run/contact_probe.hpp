@@ -3,7 +3,9 @@
 // the first micrometres of the way back, because these cannot press harder. Used by the search.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "protocols/run/run_parts.hpp"
@@ -22,7 +24,7 @@ class ContactProbe {
   // force is left. The longest way in contact gives the best slope.
   Task<Result<>> step_back(double touched_m);
   // To be called after `step_back`.
-  double touched_N() const { return looks_.front().force_N(); }  // at standstill
+  double touched_N() const { return touched_->force_N(); }  // at standstill
   // Whether the felt force fell on the way back. A force that stays does not come from a specimen,
   // and noise is no contact.
   bool is_contact() const;
@@ -32,19 +34,28 @@ class ContactProbe {
   // and shows less. After a search that overran its contact, the way back may end too early, with
   // the probe still pressing.
   const Rest& off_contact(const Rest& after) const;
+  // How far back from where it touched the specimen may still be touched. At contact the probe
+  // stands inside it.
+  double depth_m() const;
+  // Whether the probe still presses at this look, so that it is none of the cell without contact.
+  bool presses(const Rest& look) const;
   // Computes the stiffness and passes it to the forecast and to the watch of the force. `after`:
   // the cell without contact. `speed_m_s`: of the search.
   void conclude_stiffness(const Rest& after, double speed_m_s) const;
 
  private:
+  Task<Result<>> look_at_contact();
   double first_step_m() const;
   std::size_t touching(const Rest& after) const;  // how many of the first looks still touch
   double felt_N() const { return touched_N() - before_.force_N(); }
+  double left_N(const Rest& look) const { return look.force_N() - before_.force_N(); }
 
   RunParts& run_;
   const Rest before_;
   const double rise_N_;
-  std::vector<Rest> looks_;  // at contact, and after each step back
+  std::optional<Rest> touched_;  // the first look at contact
+  std::vector<Rest> looks_;  // at contact, when the specimen had relaxed, and after each step back
+  double relaxes_N_s_ = HUGE_VAL;  // at most, at the first of them
 };
 
 }  // namespace lcrig

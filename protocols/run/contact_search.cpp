@@ -211,6 +211,16 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   auto after = co_await run_.view.watch_rest(ContactProbe::kLook);
   if (!after) co_return fail(after.error());
   const Rest& bare = probe.off_contact(*after);
+  run_.contact.know_depth(probe.depth_m());
+  if (probe.presses(bare)) {
+    const double back_m = run_.get(step_.back_off);
+    co_return fail(Errc::invalid_request,
+                   "step {}: back_off_mm is too small: {:.3g} mm back from where the force had "
+                   "risen by {:.3g} N, the probe still presses with about {:.3g} N; state at least "
+                   "{:.2g} mm",
+                   run_.log.step_id(), back_m * 1e3, felt_N, after->force_N() - rest_.force_N(),
+                   probe.depth_m() * 1e3);
+  }
   probe.conclude_stiffness(bare, speed_m_s());
   run_.truth.learn_rest(bare);  // the zero may have drifted during the search
   run_.guard.set_rest_force(bare.force_N(), bare.scatter_N());

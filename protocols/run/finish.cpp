@@ -16,8 +16,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kClear_m = 20e-6;  // above contact; nothing should press from there on
-constexpr double kFarClear_m = 100e-6;  // above contact; certainly nothing presses there
+constexpr double kClear_m = 20e-6;  // above the specimen; nothing should press from there on
+constexpr double kFarClear_m = 100e-6;  // above the specimen; certainly nothing presses there
 constexpr std::string_view kUnknown =
     "whether the specimen is still loaded is not known: look at the rig, drive the frame away from "
     "it at the machine";
@@ -218,12 +218,13 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
   const double bare_N = run_.truth.bare_N(), zero_doubt_N = run_.truth.zero_doubt_N();
   const std::optional<double> contact_m = run_.contact.travel_m();
   const std::optional<double> travel_m = rest ? rest->travel_m() : run_.view.travel_m();
-  const double clear_m = contact_m && travel_m ? *contact_m - *travel_m : -kFarClear_m;
+  // The search stood at the place of contact, which lies inside a specimen that it ran into.
+  const double gap_m = contact_m && travel_m ? *contact_m - *travel_m : -kFarClear_m;
+  const double clear_m = gap_m - run_.contact.depth_m();
   const bool clear = clear_m > kClear_m;
   const bool surely = clear_m > kFarClear_m && run_.truth.knows_contact();
   const bool obeys = losses_.frame_away() == nullptr && !run_.drive.hands_off();
-  // The search stood at the place of contact, which lies inside a specimen that it ran into. Clear
-  // of that place, a force counts as load only beyond the error of the cell's zero.
+  // Clear of the specimen, a force counts as load only beyond the error of the cell's zero.
   const double doubt_N = clear ? zero_doubt_N : 0;
   const bool pulls = rest && run_.truth.is_loaded(2 * bare_N - rest->force_N() - zero_doubt_N);
   const bool loaded = rest && run_.truth.is_loaded(rest->force_N() - doubt_N);
@@ -232,7 +233,7 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
     return fmt::format(
         "by its travel the probe is clear of the specimen, {:.3g} mm above contact, whatever the "
         "load cell shows ({:.3f} N): check its zero",
-        clear_m * 1e3, rest->force_N());
+        gap_m * 1e3, rest->force_N());
   }
   if (losses_.frame_away() != nullptr || !rest || run_.guard.is_distrusted()) {
     return std::string(kUnknown);

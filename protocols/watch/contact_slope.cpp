@@ -4,17 +4,25 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace lcrig {
 
 namespace {
 
-constexpr double kRelaxes = 0.05;  // of the force: a specimen may lose this without motion
+constexpr double kLeastFall = 0.05;  // of the force: a smaller fall shows no motion
 constexpr double kClearDrop = 3;  // in units of its error: a smaller drop gives no slope
 
 // The fall of the force from one look to a later one.
 struct Drop {
   double force_N = 0, error_N = 0, way_m = 0, resolution_m = 0;
+  double relaxed_N = 0;  // of the force, at most
+
+  // The stiffness that it proves, whatever relaxed.
+  double proves_N_m() const {
+    if (!(way_m + resolution_m > 0)) return 0;
+    return std::max(0.0, force_N - error_N - relaxed_N) / (way_m + resolution_m);
+  }
 
   bool is_clear() const { return force_N >= kClearDrop * error_N && way_m > resolution_m; }
   ContactSlope slope() const {
@@ -31,46 +39,61 @@ struct Drop {
 
 class WayBack {
  public:
-  WayBack(std::span<const Rest> looks, double felt_N, double drift_N_s)
-      : looks_(looks), felt_N_(felt_N), drift_N_s_(drift_N_s) {
+  WayBack(std::span<const Rest> looks, double felt_N, double drift_N_s, double relaxes_N_s)
+      : looks_(looks), felt_N_(felt_N), drift_N_s_(drift_N_s), relaxes_N_s_(1, relaxes_N_s) {
     for (const Rest& look : looks_) resolution_.add(look.travel_m());
+    find_fallen();
   }
   std::size_t size() const { return looks_.size(); }
   Drop drop(std::size_t from, std::size_t to) const {
     const Rest& a = looks_[from];
     const Rest& b = looks_[to];
-    const double s = a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
     Drop d;
     d.force_N = a.force_N() - b.force_N();
-    d.error_N = kSlopeSigmas * std::hypot(a.error_N(), b.error_N()) + drift_N_s_ * s;
+    d.error_N =
+        kSlopeSigmas * std::hypot(a.error_N(), b.error_N()) + drift_N_s_ * seconds_between(a, b);
     d.way_m = a.travel_m().value_or(0) - b.travel_m().value_or(0);
     d.resolution_m = resolution_.step_m();
+    if (const double s = seconds_between(a, b); s > 0) d.relaxed_N = relaxes_N_s_[from] * s;
     return d;
   }
-  // Whether the force had fallen at this look. Then the lost motion of the drive was over.
-  bool has_fallen(std::size_t look) const {
-    const Drop d = drop(0, look);
-    return d.force_N > std::max(d.error_N, kRelaxes * felt_N_);
-  }
+  // Whether motion had let the force fall at this look. Then the lost motion of the drive was over.
+  bool has_fallen(std::size_t look) const { return look >= fallen_; }
 
  private:
+  void find_fallen() {
+    for (std::size_t to = 1; to < looks_.size(); ++to) {
+      relaxes_N_s_.push_back(relaxes_N_s_.back());
+      for (std::size_t from = 0; from < to; ++from) {
+        const Drop d = drop(from, to);
+        const bool falls = d.force_N > std::max(d.error_N + d.relaxed_N, kLeastFall * felt_N_);
+        if (falls) fallen_ = std::min(fallen_, to);
+        double& relaxes = relaxes_N_s_.back();
+        relaxes = std::min(relaxes, fastest_fall_N_s(looks_[from], looks_[to]));
+      }
+    }
+  }
+
   std::span<const Rest> looks_;
   const double felt_N_, drift_N_s_;
   TravelStep resolution_;
+  std::vector<double> relaxes_N_s_;  // after each look, at most
+  std::size_t fallen_ = std::numeric_limits<std::size_t>::max();  // the first look with a fall
+                                                                  // that no relaxation explains
 };
 
 // The slope from the first look, if the force fell from there on. Takes the one known best: the
 // lowest of several bounds would be one that noise made too low.
 std::optional<ContactSlope> slope_from_contact(const WayBack& way, std::size_t touching) {
   std::optional<ContactSlope> best;
-  bool falls = true;  // at all looks before `to`
+  bool falls = way.has_fallen(1);  // before `to`, or on the first step
   for (std::size_t to = 1; to < touching; ++to) {
     const Drop drop = way.drop(0, to);
     const ContactSlope slope = drop.slope();
     if (falls && drop.is_clear() && (!best || slope.doubt() < best->doubt())) best = slope;
     falls = way.has_fallen(to);
     for (std::size_t later = to + 1; later < way.size(); ++later) {
-      if (slope.at_most < way.drop(to, later).slope().at_least) return std::nullopt;
+      if (slope.at_most < way.drop(to, later).proves_N_m()) return std::nullopt;
     }
   }
   return best;
@@ -96,7 +119,7 @@ double least_N_m(const WayBack& way, std::size_t to, std::size_t end) {
   double least = 0;
   for (; to < end; ++to) {
     for (std::size_t from = 0; from < to; ++from) {
-      least = std::max(least, way.drop(from, to).slope().at_least);
+      least = std::max(least, way.drop(from, to).proves_N_m());
     }
   }
   return least;
@@ -104,13 +127,24 @@ double least_N_m(const WayBack& way, std::size_t to, std::size_t end) {
 
 }  // namespace
 
+double seconds_between(const Rest& a, const Rest& b) {
+  return a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
+}
+
+double fastest_fall_N_s(const Rest& from, const Rest& to) {
+  const double s = seconds_between(from, to);
+  if (!(s > 0)) return std::numeric_limits<double>::infinity();
+  const double error_N = kSlopeSigmas * std::hypot(from.error_N(), to.error_N());
+  return std::max(0.0, from.force_N() - to.force_N() + error_N) / s;
+}
+
 std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size_t touching,
-                                          double felt_N, double drift_N_s) {
+                                          double felt_N, double drift_N_s, double relaxes_N_s) {
   looks = looks.first(std::min(looks.size(), touching + 1));
   touching = std::min(touching, looks.size());
   const auto has_travel = [](const Rest& look) { return look.travel_m().has_value(); };
   if (!std::ranges::all_of(looks, has_travel)) return std::nullopt;
-  const WayBack way(looks, felt_N, drift_N_s);
+  const WayBack way(looks, felt_N, drift_N_s, relaxes_N_s);
   auto whole = slope_from_contact(way, touching);
   const auto later = slope_from_later(way, touching);
   if (whole && later) whole->at_most = std::max(whole->at_most, later->about);

@@ -21,12 +21,22 @@ struct ContactSlope {
 
 // `looks`: at contact, with a force of `felt_N`, and after each step back. In the first `touching`
 // of them the probe presses. `drift_N_s`: possible drift of the cell's zero, in either direction.
+// `relaxes_N_s`: the fastest fall of the force before the first step, at constant travel.
 // nullopt: no stiffness can be given, or the looks contradict each other.
 //
 // A drive may have lost motion: the first part of its way back moves nothing, so a slope that
 // begins at contact is less than the stiffness. Such a slope therefore counts only if the force
 // fell from the beginning, and no upper bound may be below what a later part of the way proves.
+// The force of a specimen that relaxes falls in the lost motion, too. A relaxation only slows down,
+// so a fall counts only if it is faster than every one before it allows.
 std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size_t touching,
-                                          double felt_N, double drift_N_s);
+                                          double felt_N, double drift_N_s, double relaxes_N_s);
+
+// From the begin of one look to that of the other; 0 if unknown.
+double seconds_between(const Rest& a, const Rest& b);
+
+// The fastest fall of the force from one look to a later one that errors allow, N/s; infinite if
+// their times are unknown.
+double fastest_fall_N_s(const Rest& from, const Rest& to);
 
 }  // namespace lcrig

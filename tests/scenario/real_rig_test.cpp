@@ -162,6 +162,48 @@ TEST(RealRig, AWayBackThatStillPressesIsNoZero) {
   expect_unloaded(world);
 }
 
+// A threshold that lies 0.7 mm inside a soft contact.
+class DeepContact : public SessionWorld {
+ public:
+  DeepContact(const std::string& back_off, const std::string& clear)
+      : SessionWorld(with(with(with(with(kLoad, R"("gap_mm": [-1, 10])", R"("gap_mm": [-3, 10])"),
+                                    R"("force_N": 0.02, "back_off_mm": 0.1)",
+                                    R"("force_N": 0.35, "back_off_mm": )" + back_off),
+                               R"("gap_mm": 2 })", R"("gap_mm": )" + clear + " }"),
+                          R"("speed_mm_s": 0.01)", R"("speed_mm_s": 0.05)")) {
+    bench.plant.frame_stiffness_N_m = 500;
+  }
+  double left_N() const { return real("SELECT force_N FROM frame_sample ORDER BY seq DESC"); }
+};
+
+TEST(RealRig, AGapInsideASoftSpecimenIsNotCalledClear) {
+  DeepContact world("1", "0.12");
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_GT(world.left_N(), 0.08) << "it does not press there";
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
+  EXPECT_THAT(r->reason, HasSubstr("the specimen is still loaded with about 0.2"));
+  EXPECT_THAT(r->reason, Not(HasSubstr("check its zero")));
+}
+
+TEST(RealRig, AWayBackThatEndsInASoftSpecimenIsRefusedAndNoZero) {
+  DeepContact world("0.3", "2");
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
+  EXPECT_THAT(r->reason, HasSubstr("back_off_mm is too small"));
+  EXPECT_THAT(r->reason, Not(HasSubstr("pulls")));
+  EXPECT_THAT(r->reason, Not(HasSubstr("loaded")));
+  expect_unloaded(world);
+}
+
+TEST(RealRig, ADeepContactWithAWayBackThatIsLongEnoughSucceeds) {
+  DeepContact world("1", "2");
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+}
+
 TEST(RealRig, ASpecimenThatPullsIsLeftToAPerson) {
   SessionWorld world(kLoad);
   world.acts.push_back({"level", 500ms, [](SessionWorld& w) {

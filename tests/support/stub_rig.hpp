@@ -65,6 +65,7 @@ class StubFrame final : public LoadFrame {
   std::function<double(double travel_m)> force_at;  // gives the force instead of `force_N`
   double digit_m = 0;  // step of the travel shown; 0: none
   double noise_N = 0;  // added to every other sample
+  Duration sample_period = std::chrono::milliseconds(100);
   bool never_ends = false;  // motions do not end
   std::optional<std::string> zero_of;  // origin
   std::vector<std::string> commands;  // those it was given
@@ -117,7 +118,7 @@ class StubFrame final : public LoadFrame {
   // Samples keep coming even when it hangs.
   Task<> send_samples() {
     for (;;) {
-      co_await clock_.wait_for(std::chrono::milliseconds(100));
+      co_await clock_.wait_for(sample_period);
       const FrameSample s = sample();
       if (listener_ != nullptr) listener_->on_samples(std::span(&s, 1));
     }

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <random>
+
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
@@ -14,6 +16,7 @@ using testing::HasSubstr;
 class Probe : public RunFixture {
  protected:
   static constexpr double kContact_m = 5e-3, kStiffness_N_m = 1e4, kThreshold_N = 0.02;
+  static constexpr double kDeep_N = 0.5;  // a threshold far inside the specimen
   static constexpr double kSpeed_m_s = 1e-4;  // of the search
   static constexpr double kTouched_m = kContact_m + kThreshold_N / kStiffness_N_m;
 
@@ -189,6 +192,134 @@ TEST_P(ProbeWithPlay, TakesTheContactForNoSofterThanItIs) {
 
 INSTANTIATE_TEST_SUITE_P(um, ProbeWithPlay, testing::Values(0.3, 0.5, 0.7, 1, 1.3, 2, 3, 5, 10));
 
+// A drive with lost motion, and a specimen whose force falls at constant travel. The fall looks as
+// if the way back had begun to unload it.
+struct RelaxingRig {
+  double stiffness_N_m = 400e3;  // once it has relaxed
+  double falls = 0.35;  // part of the force
+  double relaxes_s = 1.4;  // time constant
+  double play_m = 3.3e-6;
+  double felt_N = 0.4;  // where the search stopped
+  double approach_s = 0.06;  // from the first touch to there
+  double quick_N_m() const { return stiffness_N_m / (1 - falls); }
+};
+
+class RelaxingContact {
+ public:
+  // Drives in from the first touch at constant speed.
+  RelaxingContact(const Clock& clock, const RelaxingRig& rig, double contact_m)
+      : clock_(clock), rig_(rig), contact_m_(contact_m), at_m_(contact_m), last_(clock.now()) {
+    constexpr int kSteps = 1000;
+    const double step_m = rig.felt_N / rig.stiffness_N_m / kSteps;
+    while (felt_N() < rig.felt_N) {
+      relax(rig.approach_s / kSteps);
+      move(at_m_ + step_m);
+    }
+  }
+  double touched_m() const { return at_m_; }
+  double force_at(double travel_m) {
+    relax(to_seconds(clock_.now() - last_));
+    last_ = clock_.now();
+    move(std::clamp(at_m_, travel_m, travel_m + rig_.play_m));
+    return felt_N();
+  }
+  double depth_m() const { return at_m_ - contact_m_; }
+
+ private:
+  double felt_N() const {
+    const double elastic_N = rig_.stiffness_N_m * std::max(0.0, depth_m());
+    return depth_m() > 0 ? std::max(0.0, elastic_N + branch_N_) : 0;
+  }
+  void relax(double s) { branch_N_ *= std::exp(-s / rig_.relaxes_s); }
+  void move(double to_m) {
+    const double way_m = std::max(to_m, contact_m_) - std::max(at_m_, contact_m_);
+    branch_N_ += (rig_.quick_N_m() - rig_.stiffness_N_m) * way_m;
+    at_m_ = to_m;
+  }
+
+  const Clock& clock_;
+  const RelaxingRig rig_;
+  const double contact_m_;
+  double at_m_;
+  double branch_N_ = 0;  // of the part that relaxes
+  MonoTime last_;
+};
+
+class ProbeOfRelaxing : public Probe {
+ protected:
+  ProbeOfRelaxing() { frame.sample_period = std::chrono::milliseconds(20); }
+  // What is told of this rig: nullopt, if nothing was measured.
+  std::optional<StiffnessEvent> tells(const RelaxingRig& rig) {
+    const FrameCapabilities& caps = frame.capabilities();
+    const ForceBound expected({}, rig.stiffness_N_m);
+    setup().pressing.emplace(Forecast(caps, ForceBound({}, 2 * rig.quick_N_m()), expected), caps);
+    RelaxingContact contact(clock, rig, kContact_m);
+    frame.travel_m = contact.touched_m();
+    frame.force_at = [&contact](double travel_m) { return contact.force_at(travel_m); };
+    ContactProbe relaxing(parts(), before_, rig.felt_N);
+    const auto stepped = run(relaxing.step_back(frame.travel_m));
+    EXPECT_TRUE(stepped) << stepped.error().what;
+    EXPECT_TRUE(relaxing.is_contact());
+    relaxing.conclude_stiffness(look_at(4e-3), 1e-6);
+    frame.force_at = nullptr;
+    frame.force_N = 0;
+    if (!stiffness().stiffness_N_m) return std::nullopt;
+    return stiffness();
+  }
+  // By which a motion is judged that stops at `from_N` and goes on for `way_m`.
+  double forecast_N(double from_N, double way_m) {
+    return parts().pressing->forecast().bound().force_after_N(from_N, way_m);
+  }
+};
+
+// The fall in time was taken for a fall on the way back, and the contact for three times softer.
+TEST_F(ProbeOfRelaxing, TakesTheFallInTheLostMotionForNoStiffness) {
+  const RelaxingRig rig;
+  const auto told = tells(rig);
+  EXPECT_GE(told ? *told->at_most_N_m : 1e9, rig.stiffness_N_m);
+  EXPECT_GE(forecast_N(0.3, 2e-6), 0.3 + rig.quick_N_m() * 2e-6);
+}
+
+TEST_F(ProbeOfRelaxing, WithoutPlayIsMeasured) {
+  for (const double relaxes_s : {0.3, 1.0, 2.0}) {
+    RelaxingRig rig;
+    rig.play_m = 0;
+    rig.relaxes_s = relaxes_s;
+    for (const double stiffness_N_m : {5e3, 50e3, 300e3}) {
+      rig.stiffness_N_m = stiffness_N_m;
+      const auto told = tells(rig);
+      ASSERT_TRUE(told) << relaxes_s << " s, " << stiffness_N_m << " N/m";
+      EXPECT_GE(*told->at_most_N_m, rig.stiffness_N_m);
+      EXPECT_LT(*told->at_most_N_m, 3 * rig.quick_N_m());
+    }
+  }
+}
+
+TEST_F(ProbeOfRelaxing, OfAnyRigIsNeverTakenForMuchSofter) {
+  std::mt19937 random(11);
+  const auto even = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
+  int measured = 0;
+  constexpr int kRigs = 600;
+  for (int i = 0; i < kRigs; ++i) {
+    RelaxingRig rig;
+    rig.stiffness_N_m = std::exp(even(std::log(5e3), std::log(600e3)));
+    rig.falls = even(0, 0.4);
+    rig.relaxes_s = std::exp(even(std::log(0.3), std::log(2)));
+    rig.play_m = even(0, 20e-6);
+    rig.felt_N = even(0.1, 0.95);
+    rig.approach_s = std::exp(even(std::log(0.02), std::log(20)));
+    const auto told = tells(rig);
+    if (!told) continue;
+    ++measured;
+    EXPECT_GE(*told->at_most_N_m, 0.95 * rig.stiffness_N_m)
+        << rig.stiffness_N_m << " N/m, falls by " << rig.falls << " in " << rig.relaxes_s
+        << " s, play " << rig.play_m << ", felt " << rig.felt_N << ", approach " << rig.approach_s;
+  }
+  EXPECT_GT(measured, 0.25 * kRigs);
+}
+
 // A search that overran its threshold: the force rose while the frame stopped.
 class ProbeAfterOverrun : public Probe {
  protected:
@@ -227,6 +358,23 @@ TEST_F(Probe, TakesItsLastStepWhereTheWayBackStillPresses) {
   const Rest& bare = probe.off_contact(pressing);
   EXPECT_NE(&bare, &pressing);
   EXPECT_LT(bare.force_N(), pressing.force_N());
+}
+
+// The place where the specimen is touched first, as the way back shows it.
+TEST_F(Probe, TellsHowFarBackTheSpecimenMayStillBeTouched) {
+  touch(spring);
+  step_back();
+  EXPECT_GE(probe.depth_m(), kTouched_m - kContact_m);
+  EXPECT_LT(probe.depth_m(), 3 * (kTouched_m - kContact_m));
+}
+
+TEST_F(Probe, StillPressesWhereTheWayBackIsShorterThanThat) {
+  touch(spring);
+  ContactProbe deep(parts(), before_, kDeep_N);
+  frame.travel_m = kContact_m + kDeep_N / kStiffness_N_m;
+  ASSERT_TRUE(run(deep.step_back(frame.travel_m)));
+  EXPECT_TRUE(deep.presses(look_at(kContact_m + 0.2 * kDeep_N / kStiffness_N_m)));
+  EXPECT_FALSE(deep.presses(look_at(kContact_m - 1e-6)));
 }
 
 }  // namespace

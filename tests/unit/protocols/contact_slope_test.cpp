@@ -36,7 +36,7 @@ class WayBack {
     }
   }
   std::optional<ContactSlope> slope() const {
-    return contact_slope(looks_, touching_, looks_.front().force_N(), 0);
+    return contact_slope(looks_, touching_, looks_.front().force_N(), 0, 0);
   }
 
  private:
@@ -100,7 +100,7 @@ TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
     looks.emplace_back().add(samples);
     back_m = back_m > 0 ? 2 * back_m : 2e-7;
   }
-  const auto slope = contact_slope(looks, looks.size(), forces_N.front(), 0);
+  const auto slope = contact_slope(looks, looks.size(), forces_N.front(), 0, 0);
   ASSERT_TRUE(slope);
   EXPECT_GE(slope->at_most, 3860) << "the whole way";
   EXPECT_LT(slope->at_most, 3950);
@@ -113,7 +113,7 @@ TEST(ContactSlope, WithoutATravelIsNotTold) {
   looks[0].add(std::span(&sample, 1));
   sample.force_N = 0.5;
   looks[1].add(std::span(&sample, 1));
-  EXPECT_FALSE(contact_slope(looks, 2, 1, 0));
+  EXPECT_FALSE(contact_slope(looks, 2, 1, 0, 0));
 }
 
 // Random drives: how many slopes were reported, and how many of these were too low.

@@ -47,6 +47,20 @@ TEST_F(Contact, IsFoundWhereTheSpecimenIs) {
   EXPECT_FALSE(parts().contact.searched_from_m());
 }
 
+// The threshold lies 1 mm inside the specimen, and the way back ends there.
+TEST_F(Contact, IsRefusedWhereTheWayBackStillPresses) {
+  frame.force_at = [](double travel_m) { return 0.05 * specimen(travel_m); };
+  find.force = Number(0.5);
+  find.back_off = Number(0.2e-3);
+  const double rest_N = parts().truth.bare_N();
+  const auto found = search();
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().what, HasSubstr("back_off_mm is too small"));
+  EXPECT_THAT(found.error().what, HasSubstr("still presses with about 0.4 N"));
+  EXPECT_NEAR(parts().truth.bare_N(), rest_N, 1e-3) << "it learns no zero there";
+  EXPECT_GE(parts().contact.depth_m(), 1e-3);
+}
+
 TEST_F(Contact, IsNoneWhereTheForceStaysOnTheWayBack) {
   double shown_N = 0;
   frame.force_at = [&](double travel_m) { return shown_N = std::max(shown_N, specimen(travel_m)); };
