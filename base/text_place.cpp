@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 #include <vector>
 
 #include "base/text.hpp"
@@ -52,8 +53,8 @@ Result<> refuse_at(std::string_view text, std::span<const TextPosition> places,
   if (places.empty()) return {};
   std::vector<std::size_t> order(places.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(
-      order, {}, [&](std::size_t i) { return std::pair(places[i].line, places[i].column); });
+  std::ranges::sort(order, {},
+                    [&](std::size_t i) { return std::tuple(places[i].line, places[i].column, i); });
   Error error(Errc::invalid_request, what(order.front()));
   error.detail = excerpt(text, places[order.front()]);
   for (std::size_t i = 1; i < std::min(kShown, order.size()); ++i) {

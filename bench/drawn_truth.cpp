@@ -33,7 +33,7 @@ Lasting lasting_of(const MeterSetting& meter, const json& drawn) {
 }
 
 double noise_F(const MeterSetting& meter, const PlantConfig& plant) {
-  const double once = plant.capacitance_noise_F[static_cast<std::size_t>(meter.speed)];
+  const double once = plant.capacitance_noise_F[static_cast<std::size_t>(meter.aperture)];
   return once * (1000 / meter.frequency_Hz) / meter.level_V / std::sqrt(meter.average);
 }
 

@@ -24,11 +24,6 @@ if(LCRIG_SANITIZE STREQUAL "address")
   target_compile_options(lcrig_flags INTERFACE -fsanitize=address,undefined
     -fno-sanitize=null,alignment,object-size,vptr -fno-sanitize-recover=all
     -fno-omit-frame-pointer)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # The checks as calls: less code to compile.
-    target_compile_options(lcrig_flags INTERFACE
-      "SHELL:--param asan-instrumentation-with-call-threshold=0")
-  endif()
   target_link_options(lcrig_flags INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(lcrig_flags INTERFACE _GLIBCXX_ASSERTIONS)
 elseif(LCRIG_SANITIZE STREQUAL "thread")

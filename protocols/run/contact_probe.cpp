@@ -156,10 +156,10 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
   const double passed_s = seconds_between(before_, after);
   const double drift_N_s =
       passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
-  auto slope =
-      contact_slope(looks_, touching(after), left_N(looks_.front()), drift_N_s, relaxes_N_s_);
+  const double left_N = this->left_N(looks_.front());
+  auto slope = contact_slope(looks_, touching(after), left_N, drift_N_s, relaxes_N_s_);
   // What relaxes since the probe came in is missing in the slope, and a quick motion feels it.
-  if (slope) slope->at_most *= std::max(1.0, felt_N() / left_N(looks_.front()));
+  if (slope) slope->at_most *= std::max(1.0, felt_N() / left_N);
   // The rise of the force while the frame stopped must fit the slope, too.
   const double noise_N = run_.truth.noise_N();
   if (slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N)) {
@@ -171,12 +171,14 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
     measured.stiffness_N_m = slope->about;
     measured.at_most_N_m = slope->at_most;
     measured.at_least_N_m = slope->at_least;
+    run_.pressing->measured(felt_N(), slope->at_most);
   }
   run_.event(measured);
-  if (!slope) return;
-  run_.pressing->measured(felt_N(), slope->at_most);
-  if (touched_->travel_m()) {
-    run_.truth.know_contact(*touched_->travel_m(), felt_N(), slope->at_least);
+  // A cell that lies shows itself by this, so it is needed where no slope is known, too.
+  const double least_N_m =
+      slope ? slope->at_least : proven_stiffness_N_m(looks_, left_N, drift_N_s, relaxes_N_s_);
+  if (touched_->travel_m() && least_N_m > 0) {
+    run_.truth.know_contact(*touched_->travel_m(), felt_N(), least_N_m);
   }
 }
 

@@ -125,6 +125,10 @@ double least_N_m(const WayBack& way, std::size_t to, std::size_t end) {
   return least;
 }
 
+bool have_travel(std::span<const Rest> looks) {
+  return std::ranges::all_of(looks, [](const Rest& look) { return look.travel_m().has_value(); });
+}
+
 }  // namespace
 
 double seconds_between(const Rest& a, const Rest& b) {
@@ -138,12 +142,17 @@ double fastest_fall_N_s(const Rest& from, const Rest& to) {
   return std::max(0.0, from.force_N() - to.force_N() + error_N) / s;
 }
 
+double proven_stiffness_N_m(std::span<const Rest> looks, double felt_N, double drift_N_s,
+                            double relaxes_N_s) {
+  if (!have_travel(looks)) return 0;
+  return least_N_m(WayBack(looks, felt_N, drift_N_s, relaxes_N_s), 1, looks.size());
+}
+
 std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size_t touching,
                                           double felt_N, double drift_N_s, double relaxes_N_s) {
   looks = looks.first(std::min(looks.size(), touching + 1));
   touching = std::min(touching, looks.size());
-  const auto has_travel = [](const Rest& look) { return look.travel_m().has_value(); };
-  if (!std::ranges::all_of(looks, has_travel)) return std::nullopt;
+  if (!have_travel(looks)) return std::nullopt;
   const WayBack way(looks, felt_N, drift_N_s, relaxes_N_s);
   auto whole = slope_from_contact(way, touching);
   const auto later = slope_from_later(way, touching);

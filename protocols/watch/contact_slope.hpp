@@ -32,6 +32,11 @@ struct ContactSlope {
 std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size_t touching,
                                           double felt_N, double drift_N_s, double relaxes_N_s);
 
+// The stiffness that these looks prove at least, whatever play or relaxation there is; 0: none. It
+// needs no slope: the force has fallen on the way back, by more than relaxation explains.
+double proven_stiffness_N_m(std::span<const Rest> looks, double felt_N, double drift_N_s,
+                            double relaxes_N_s);
+
 // From the begin of one look to that of the other; 0 if unknown.
 double seconds_between(const Rest& a, const Rest& b);
 

@@ -183,32 +183,24 @@ void TravelStep::add(std::optional<double> travel_m) {
   if (step > kLeastDigit_m && (!step_m_ || step < *step_m_)) step_m_ = step;
 }
 
+// Uses Euclid's algorithm for the greatest common divisor.
 void TravelDigit::add(double travel_m) {
   const std::optional<double> last_step_m = last_step_m_;
   if (last_m_) last_step_m_ = travel_m - *last_m_;
   last_m_ = travel_m;
-  if (last_step_m_) of_steps_.add(std::abs(*last_step_m_));
-  if (last_step_m) of_changes_.add(std::abs(*last_step_m_ - *last_step_m));
-}
-
-// Uses Euclid's algorithm.
-void TravelDigit::Divisor::add(double value_m) {
-  if (value_m < kLeastChange_m) return;
-  ++values_;
-  while (value_m > 0) {
-    const double larger_m = std::max(common_m_, value_m);
-    if (common_m_ > 0 && larger_m - std::min(common_m_, value_m) > kLeastChange_m) differ_ = true;
-    common_m_ = common_m_ > 0 ? std::min(common_m_, value_m) : value_m;
+  double change_m = last_step_m ? std::abs(*last_step_m_ - *last_step_m) : 0;
+  if (change_m < kLeastChange_m) return;
+  ++changes_;
+  while (change_m > 0) {
+    const double larger_m = std::max(common_m_, change_m);
+    common_m_ = common_m_ > 0 ? std::min(common_m_, change_m) : change_m;
     const double left_m = std::abs(std::remainder(larger_m, common_m_));
-    value_m = left_m > std::min(kMultiple * common_m_, 2 * kLeastChange_m) ? left_m : 0;
+    change_m = left_m > std::min(kMultiple * common_m_, 2 * kLeastChange_m) ? left_m : 0;
   }
 }
 
 double TravelDigit::digit_m() const {
-  const double sure_m = of_changes_.values() >= kSureChanges ? of_changes_.common_m() : 0;
-  const double at_most_m = of_steps_.differ() ? of_steps_.common_m() : 0;
-  const double digit_m = sure_m > 0 ? sure_m : at_most_m;
-  return digit_m <= kCoarsestDigit_m ? digit_m : 0;
+  return changes_ >= kSureChanges && common_m_ <= kCoarsestDigit_m ? common_m_ : 0;
 }
 
 }  // namespace lcrig

@@ -104,32 +104,18 @@ class TravelStep {
   std::optional<double> last_m_, step_m_;
 };
 
-// Finds the last digit of a travel while it moves. All differences between successive steps are
-// multiples of it. Until there are enough of them, the steps tell how large it may be, unless they
-// are all equal, because at one speed they are. Used for the first step back from a contact.
+// Finds the last digit of a travel while it moves: all differences between successive steps are
+// multiples of it. The steps themselves do not show it, because at one speed they may all be equal.
 class TravelDigit {
  public:
   void begin() { last_m_.reset(), last_step_m_.reset(); }  // call it when a motion begins
   void add(double travel_m);
-  double digit_m() const;  // at most so large; 0: unknown
+  double digit_m() const;  // 0: unknown
 
  private:
-  // The greatest common divisor of values that are not zero.
-  class Divisor {
-   public:
-    void add(double value_m);
-    double common_m() const { return common_m_; }
-    int values() const { return values_; }
-    bool differ() const { return differ_; }
-
-   private:
-    double common_m_ = 0;
-    int values_ = 0;
-    bool differ_ = false;
-  };
-
   std::optional<double> last_m_, last_step_m_;
-  Divisor of_steps_, of_changes_;
+  double common_m_ = 0;
+  int changes_ = 0;
 };
 
 }  // namespace lcrig

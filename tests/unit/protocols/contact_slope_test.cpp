@@ -38,6 +38,7 @@ class WayBack {
   std::optional<ContactSlope> slope() const {
     return contact_slope(looks_, touching_, looks_.front().force_N(), 0, 0);
   }
+  double proven_N_m() const { return proven_stiffness_N_m(looks_, looks_.front().force_N(), 0, 0); }
 
  private:
   void look(double force_N, double back_m) {
@@ -104,6 +105,20 @@ TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
   ASSERT_TRUE(slope);
   EXPECT_GE(slope->at_most, 3860) << "the whole way";
   EXPECT_LT(slope->at_most, 3950);
+}
+
+// The watch of a cell that lies needs it on the contacts whose slope is not known.
+TEST(ContactSlope, LessIsProvenWhereverTheForceFell) {
+  for (const double play_m : {0.0, 3e-6, 15e-6}) {
+    for (unsigned seed = 1; seed <= 50; ++seed) {
+      DriveWithPlay drive;
+      drive.play_m = play_m;
+      const double proven_N_m = WayBack(drive, 0.3, seed).proven_N_m();
+      EXPECT_LE(proven_N_m, 1.001 * drive.stiffness_N_m) << play_m << ", seed " << seed;
+      EXPECT_GE(proven_N_m, (play_m > 0 ? 0.2 : 0.8) * drive.stiffness_N_m)
+          << play_m << ", seed " << seed;
+    }
+  }
 }
 
 TEST(ContactSlope, WithoutATravelIsNotTold) {
