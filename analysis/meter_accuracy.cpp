@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/text.hpp"
 #include "events/payloads.hpp"
 
 namespace lcrig {
@@ -95,10 +96,9 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
   out.gain = (basic + kf + k.ka) * *kc * loss;
   out.offset_F = k.kb * *kc * loss * capacitance_F;
   out.total = out.gain + k.kb * *kc * loss;
-  if (s.level_V > 1.2) out.note = "Ar above 1.2 V is not known and taken as 1; ";
-  if (place.cable_m > 0) out.note += "KL of a cable is not known and taken as 0; ";
-  if (s.frequency_Hz < 100) out.note += "below 100 Hz; ";
-  if (!out.note.empty()) out.note.resize(out.note.size() - 2);
+  if (s.level_V > 1.2) add_remark(out.note, "Ar above 1.2 V is not known and taken as 1");
+  if (place.cable_m > 0) add_remark(out.note, "KL of a cable is not known and taken as 0");
+  if (s.frequency_Hz < 100) add_remark(out.note, "below 100 Hz");
   return out;
 }
 
