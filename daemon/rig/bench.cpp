@@ -99,9 +99,9 @@ Result<Bench> find_bench(const std::string& what) {
     if (b.name == what) return parse_bench(b.text, what);
     names.emplace_back(b.name);
   }
-  const auto guess = did_you_mean(what, names);
+  const auto guess = or_comma(did_you_mean(what, names));
   return fail(Errc::invalid_request, "no bench `{}`{} shipped: {}; or give the path of a file",
-              what, guess.empty() ? "," : guess, fmt::join(names, ", "));
+              what, guess, fmt::join(names, ", "));
 }
 
 Result<Bench> bench_of(const std::string& name, const std::string& text) {
