@@ -59,7 +59,7 @@ bool Heartbeat::is_working() {
 void Heartbeat::tell_service(bool working) const {
   if (!working) return parts_.notifier.status("stuck: " + stuck_.front());
   parts_.news.service_status();
-  if (parts_.rig.is_reckoning()) parts_.notifier.status("reckons the simulated specimen");
+  if (parts_.rig.is_computing()) parts_.notifier.status("computes the simulated specimen");
   if (parts_.use.is_ending() && parts_.use.session() != nullptr) {
     parts_.notifier.extend_timeout(kStopExtension);
   }

@@ -104,8 +104,12 @@ Result<Bench> find_bench(const std::string& what) {
               what, guess, fmt::join(names, ", "));
 }
 
-Result<Bench> bench_of(const std::string& name, const std::string& text) {
-  return text.empty() ? find_bench(name) : parse_bench(text, name);
+Result<Bench> bench_of(const BenchChoice& choice) {
+  auto bench = choice.bench_text.empty() ? find_bench(choice.bench)
+                                         : parse_bench(choice.bench_text, choice.bench);
+  if (bench && choice.errors) bench->errors = choice.errors;
+  if (bench) bench->rig_seed = choice.rig_seed;
+  return bench;
 }
 
 }  // namespace lcrig
