@@ -120,7 +120,7 @@ class BatchRehearsal final : public Rehearsal {
       } else if (status.gate && status.gate != QueueGate::time && status.entry) {
         co_await open_gate(queue, status);
       } else {
-        co_await clock_.wait_for(1s);
+        co_await clock_.wait_for(1s);  // a person's look: acts at other times give other rows
       }
     }
     out_.length_s = to_seconds(clock_.now() - begin_);

@@ -80,6 +80,7 @@ Task<> Heartbeat::run() {
       watchdog_due = clock_.now() + watchdog;
     }
     const MonoTime due = clock_.now() + std::min(kStatusInterval, watchdog);
+    // Not an event: force and travel change all the time, and watchers get them ten times a second.
     co_await clock_.wait_until(due);
     if (const auto late = lag_.note(due, clock_.now())) tell_lag(*late);
   }

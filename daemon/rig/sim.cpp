@@ -139,7 +139,7 @@ class BenchInstruments final : public SimulatedInstruments {
 // A bench's meter with nothing between its probes.
 class BenchMeter final : public LoneMeter {
  public:
-  BenchMeter(asio::any_io_executor executor, Clock& clock, TransportPair wire) : clock_(clock) {
+  BenchMeter(asio::any_io_executor executor, Clock& clock, TransportPair wire) : ended_(clock) {
     lcr6100::SimConfig config;
     config.corrected = true;
     const auto nothing = [](MonoTime) {
@@ -152,6 +152,7 @@ class BenchMeter final : public LoneMeter {
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(wire.near), clock);
     asio::co_spawn(executor, sim_->run(), [this](std::exception_ptr error) {
       runs_ = false;
+      ended_.notify_all();
       if (error) std::rethrow_exception(error);
     });
   }
@@ -159,12 +160,13 @@ class BenchMeter final : public LoneMeter {
   Task<> close() override {
     meter_->close();
     sim_->close();
-    while (runs_) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    const auto ended = [this] { return !runs_; };
+    co_await ended_.wait(ended);
   }
 
  private:
-  Clock& clock_;
   bool runs_ = true;
+  Condition ended_;  // notified when the simulator ends
   std::unique_ptr<lcr6100::Lcr6100Sim> sim_;
   std::unique_ptr<lcr6100::Lcr6100> meter_;
 };
