@@ -64,14 +64,13 @@ Result<double> temperature_factor(double celsius) {
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text) {
   const auto stored = from_json<SettingsEvent>(json_text);
   if (!stored || !stored->aperture) return std::nullopt;
-  const auto aperture = parse_word<Aperture>(*stored->aperture);
   MeterSetting out;
   out.frequency_Hz = stored->frequency_Hz.value_or(0);
   out.level_V = stored->level_V.value_or(0);
-  if (!aperture || !(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
-  out.aperture = *aperture;
+  if (!(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
+  out.aperture = *stored->aperture;
   out.average = static_cast<int>(std::clamp(stored->average.value_or(1), 1.0, 256.0));
-  out.internal_trigger = stored->internal_trigger();
+  out.internal_trigger = stored->trigger == LcrTrigger::internal;
   out.conversion_s = stored->conversion_time_s;
   return out;
 }
