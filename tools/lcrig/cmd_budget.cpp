@@ -94,7 +94,7 @@ class BudgetCommand final : public Command {
   }
 
  private:
-  // What the question is about.
+  // The protocol, rig and specimen for which the budget is computed.
   struct Scene {
     Protocol protocol;
     Environment environment;
