@@ -12,7 +12,7 @@ void WindowBefore::add(std::int64_t since_mono_ns, std::string_view settings_jso
   const auto settings = from_json<SettingsEvent>(settings_json);
   if (!settings || !settings->trigger) return;
   const double window_s =
-      settings->internal_trigger() ? settings->conversion_time_s.value_or(0) : 0;
+      settings->trigger == LcrTrigger::internal ? settings->conversion_time_s.value_or(0) : 0;
   since_.push_back({since_mono_ns, from_seconds(window_s).count()});
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/decimal.hpp"
 #include "events/payloads.hpp"
+#include "storage/frame_capabilities.hpp"
 
 namespace lcrig {
 
@@ -117,7 +118,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.run = std::move(*row);
   c.start_ns = c.run.started.time_since_epoch().count();
   c.area_m2 = c.run.probe_area_m2();
-  c.hold_force = has_dead_weights(c.run.frame_capabilities_json);
+  c.hold_force = parse_capabilities(c.run.frame_capabilities_json).weights;
   add_settings(c, INT64_MIN, c.run.lcr_settings_json);
   if (auto r = keep(DeviceClock::fit(db, run), c.clock); !r) return fail(r.error());
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());

@@ -2,7 +2,6 @@
 #include "analysis/frame_track.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "storage/flags.hpp"
 
@@ -16,12 +15,6 @@ std::optional<double> between(std::optional<double> a, std::optional<double> b, 
 }
 
 }  // namespace
-
-bool has_dead_weights(std::string_view frame_capabilities_json) {
-  const auto frame = nlohmann::json::parse(frame_capabilities_json, nullptr, false);
-  const auto weights = frame.find("weights");
-  return weights != frame.end() && *weights == true;
-}
 
 Result<FrameTrack> FrameTrack::open(const Database& db, std::int64_t run, bool hold,
                                     DeviceClock clock) {

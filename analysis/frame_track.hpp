@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "analysis/device_clock.hpp"
@@ -21,9 +20,6 @@ struct FrameState {
   double clock_s = 0;  // standard uncertainty of the samples' times, from the clocks
   double force_rate_N_s = 0;
 };
-
-// True if the frame was a rod with weights, according to RunRow::frame_capabilities_json.
-bool has_dead_weights(std::string_view frame_capabilities_json);
 
 class FrameTrack {
  public:

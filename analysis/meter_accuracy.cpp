@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/text.hpp"
 #include "events/payloads.hpp"
 
 namespace lcrig {
@@ -63,14 +64,13 @@ Result<double> temperature_factor(double celsius) {
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text) {
   const auto stored = from_json<SettingsEvent>(json_text);
   if (!stored || !stored->aperture) return std::nullopt;
-  const auto aperture = parse_word<Aperture>(*stored->aperture);
   MeterSetting out;
   out.frequency_Hz = stored->frequency_Hz.value_or(0);
   out.level_V = stored->level_V.value_or(0);
-  if (!aperture || !(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
-  out.aperture = *aperture;
+  if (!(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
+  out.aperture = *stored->aperture;
   out.average = static_cast<int>(std::clamp(stored->average.value_or(1), 1.0, 256.0));
-  out.internal_trigger = stored->internal_trigger();
+  out.internal_trigger = stored->trigger == LcrTrigger::internal;
   out.conversion_s = stored->conversion_time_s;
   return out;
 }
@@ -95,10 +95,9 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
   out.gain = (basic + kf + k.ka) * *kc * loss;
   out.offset_F = k.kb * *kc * loss * capacitance_F;
   out.total = out.gain + k.kb * *kc * loss;
-  if (s.level_V > 1.2) out.note = "Ar above 1.2 V is not known and taken as 1; ";
-  if (place.cable_m > 0) out.note += "KL of a cable is not known and taken as 0; ";
-  if (s.frequency_Hz < 100) out.note += "below 100 Hz; ";
-  if (!out.note.empty()) out.note.resize(out.note.size() - 2);
+  if (s.level_V > 1.2) add_remark(out.note, "Ar above 1.2 V is not known and taken as 1");
+  if (place.cable_m > 0) add_remark(out.note, "KL of a cable is not known and taken as 0");
+  if (s.frequency_Hz < 100) add_remark(out.note, "below 100 Hz");
   return out;
 }
 

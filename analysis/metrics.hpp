@@ -98,9 +98,11 @@ CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double conf
 HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& levels,
                                       const CurveResult& curve, const Metric& c0);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
-// Compares delta C at equal peak force, or the force at equal peak travel since contact.
-void calc_mullins(const Scene& scene, CycleResults& cycles);
+// Parts of calc_cycles in files of their own. They change its result, because the later one works
+// on the loadings that the first has left. calc_mullins compares delta C at equal peak force, or
+// the force at equal peak travel since contact.
 void leave_out_other_loadings(const Scene& scene, CycleResults& cycles);
+void calc_mullins(const Scene& scene, CycleResults& cycles);
 // Travel at which the first loading touched. nullopt: no travel, or the run began under load.
 std::optional<double> contact_mm(const Scene& scene);
 // Slope of C against force at the peak. Precondition: at least one loading.
@@ -124,7 +126,8 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
 Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r);
 std::vector<Uncertainty> calc_uncertainties(const SlopeBasis& basis,
                                             const SensitivityResult& sensitivity);
-// Adds caveats to the reasons of the metrics, and adds the meter's digit to the uncertainties.
+// The last pass. It changes what the others made: it adds caveats to the reasons of the metrics and
+// the meter's digit to the uncertainties, and removes what is no finite number.
 void add_remarks(const Scene& scene, RunAnalysis& analysis);
 std::vector<std::string> calc_notes(const Scene& scene, const MeasuredLevels& measured,
                                     const HoldResults& holds);

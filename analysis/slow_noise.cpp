@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/tools/roots.hpp>
 #include <cmath>
 #include <limits>
 
@@ -26,6 +27,7 @@ constexpr double kNone = 150, kOneKind = 30;
 constexpr double kWalkOfDrift = 480;
 constexpr double kLeastFreedom = 6;
 constexpr double kNegligible = 1e-5;
+constexpr std::uintmax_t kHalvings = 30;  // of a bracket around a quantile
 
 using Matrix = Eigen::MatrixXd;
 
@@ -206,18 +208,18 @@ double SlowNoise::quantile(const std::vector<double>& variance, double confidenc
   double high = 0;
   for (const double v : variance) high = std::max(high, std::sqrt(v));
   high *= 2 * coverage_factor(confidence, 1e6);
-  double low = 0;
-  for (int i = 0; i < 30; ++i) {
-    const double middle = (low + high) / 2;
+  const auto too_many_outside = [&](double limit) {
     double outside = 0;
     for (std::size_t k = 0; k < variance.size(); ++k) {
       if (variance[k] > 0) {
-        outside += candidates_[k].likelihood * std::erfc(middle / std::sqrt(2 * variance[k]));
+        outside += candidates_[k].likelihood * std::erfc(limit / std::sqrt(2 * variance[k]));
       }
     }
-    (outside > 1 - confidence ? low : high) = middle;
-  }
-  return high;
+    return outside - (1 - confidence);
+  };
+  const auto never = [](double, double) { return false; };
+  std::uintmax_t steps = kHalvings + 3;  // three are counted before the first
+  return boost::math::tools::bisect(too_many_outside, 0.0, high, never, steps).second;
 }
 
 SlopePart SlowNoise::error_of(const std::vector<double>& factor, double least_white,

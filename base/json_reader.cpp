@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/key_words.hpp"
+#include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 
@@ -229,8 +230,8 @@ bool JsonReader::stands_for_missing(const JsonReader& unknown, const std::string
     }
     f.at = state_->document.key_position(unknown.pointer_);
     f.what = located(state_->document, f.at, unknown.pointer_,
-                     fmt::format("unknown key `{}`, did you mean `{}`? It is missing",
-                                 printable(unknown.last_key()), printable(meant)));
+                     fmt::format("unknown key `{}`{} It is missing", printable(unknown.last_key()),
+                                 guess_words(meant)));
     return true;
   }
   return false;
@@ -341,8 +342,8 @@ void JsonReader::no_other_keys() const {
     if (!meant) meant = nearest_key(key, known_->keys);
     if (meant) forget_own();
     if (meant && stands_for_missing(unknown, *meant)) continue;
-    const auto guess = meant ? fmt::format(", did you mean `{}`?", printable(*meant)) : ",";
-    return unknown.refuse_key(fmt::format("unknown key `{}`{} expected {}", printable(key), guess,
+    return unknown.refuse_key(fmt::format("unknown key `{}`{} expected {}", printable(key),
+                                          or_comma(guess_words(meant)),
                                           fmt::join(known_->shown, ", ")));
   }
 }

@@ -95,8 +95,7 @@ std::size_t JsonReader::word_index(std::span<const std::string> words) const {
   const auto it = std::ranges::find(words, text);
   if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   if (is_string()) {
-    const auto guess = did_you_mean(text, words);
-    refuse(fmt::format("{}{} expected one of {}", shown(), guess.empty() ? "," : guess,
+    refuse(fmt::format("{}{} expected one of {}", shown(), or_comma(did_you_mean(text, words)),
                        fmt::join(words, ", ")));
   }
   return 0;

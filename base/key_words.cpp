@@ -87,7 +87,7 @@ std::optional<std::string> unit_mistake(std::string_view key, std::span<const st
   const std::string shown = printable(key, 60);
   if (key == *stem) return fmt::format("`{}` has no unit; it takes {}", shown, takes);
   if (!key.starts_with(*stem)) {
-    return fmt::format("unknown key `{}`, did you mean `{}`? With its unit it is {}", shown, *stem,
+    return fmt::format("unknown key `{}`{} With its unit it is {}", shown, guess_words(stem),
                        takes);
   }
   const auto suffix = key.substr(stem->size());

@@ -57,6 +57,11 @@ bool is_another(std::string_view a, std::string_view b) {
   return false;
 }
 
+std::string words_of_guess(std::span<const std::string> words, const GuessStyle& style) {
+  const auto best = alternatives(words, style.quote);
+  return best.empty() ? best : fmt::format("{}did you mean {}?", style.lead, best);
+}
+
 }  // namespace
 
 std::vector<std::string> nearest_words(std::string_view word, std::span<const std::string> known) {
@@ -93,8 +98,15 @@ std::string alternatives(std::span<const std::string> words, char quote) {
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> known,
                          const GuessStyle& style) {
-  const auto best = alternatives(nearest_words(word, known), style.quote);
-  return best.empty() ? best : fmt::format("{}did you mean {}?", style.lead, best);
+  return words_of_guess(nearest_words(word, known), style);
+}
+
+std::string guess_words(const std::optional<std::string>& meant, const GuessStyle& style) {
+  return meant ? words_of_guess(std::span(&*meant, 1), style) : std::string();
+}
+
+std::string or_comma(std::string guess) {
+  return guess.empty() ? "," : guess;
 }
 
 }  // namespace lcrig

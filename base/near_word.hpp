@@ -29,5 +29,10 @@ inline constexpr GuessStyle kGuessAtPrompt{"; ", '\''};  // on the command line
 // ", did you mean `force_N`?", or "" when no known word is near.
 std::string did_you_mean(std::string_view word, std::span<const std::string> known,
                          const GuessStyle& style = kGuessInFile);
+// The same for a guess that was found in another way; "" without one.
+std::string guess_words(const std::optional<std::string>& meant,
+                        const GuessStyle& style = kGuessInFile);
+// Joins a guess to the words after it: "," if there is none.
+std::string or_comma(std::string guess);
 
 }  // namespace lcrig

@@ -94,6 +94,14 @@ std::string lower_case(std::string_view text) {
   return out;
 }
 
+std::string either_of(std::span<const std::string> words) {
+  std::string out = words.front();
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    out += (i + 1 < words.size() ? ", " : " or ") + words[i];
+  }
+  return out;
+}
+
 void add_remark(std::string& sentence, std::string_view more) {
   if (!sentence.empty() && !more.empty()) sentence += "; ";
   sentence += more;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -37,6 +38,9 @@ std::string_view trimmed(std::string_view text);
 // (also U+0080..9F, which some terminals read as escape codes), line and paragraph separators, and
 // characters that reorder text.
 bool is_steering(char32_t c);
+
+// "a", "a or b", "a, b or c". There is at least one word.
+std::string either_of(std::span<const std::string> words);
 
 // Appends `more` to the sentence, after a semicolon.
 void add_remark(std::string& sentence, std::string_view more);

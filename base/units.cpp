@@ -125,9 +125,8 @@ bool is_same_but_for_capitals(std::string_view a, std::string_view b) {
 std::optional<Dimension> foreign_dimension(std::string_view suffix) {
   const auto* foreign = std::ranges::find(kForeignUnits, suffix, &ForeignUnit::suffix);
   if (foreign != std::end(kForeignUnits)) return foreign->dimension;
-  if (suffix.size() < 2)
-    return std::nullopt;  // one letter is a name, not a unit: `level_n` counts
-                          // something
+  // One letter is a name, not a unit: `level_n` counts something.
+  if (suffix.size() < 2) return std::nullopt;
   for (const Unit& unit : kUnits) {
     if (unit.dimension != Dimension::none && is_same_but_for_capitals(unit.suffix, suffix)) {
       return unit.dimension;

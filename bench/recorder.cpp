@@ -61,8 +61,9 @@ Result<> raw_inserts(const Database& db, int transactions, int rows, LatencyHist
 
 Result<> measure(const std::string& folder) {
   const std::string path = folder + "/recorder-bench.db";
-  for (const char* end : {"", "-wal", "-shm", ".lock", ".writer"})
+  for (const char* end : {"", "-wal", "-shm", ".lock", ".writer"}) {
     std::filesystem::remove(path + end);
+  }
   asio::io_context io;
   RealClock clock;
   auto recorder = Recorder::open(io, clock, Recorder::Options(path));

@@ -12,7 +12,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kBranches = std::size(kPhases) * std::size(kPhases);  // that are tried
+// Pairs of a loading's and an unloading's phase that are tried.
+constexpr double kBranches = std::size(kPhases) * std::size(kPhases);
 
 Scatter slope_of(const PlannedRun& run, double sxx, double sxy) {
   Scatter out;

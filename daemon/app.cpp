@@ -153,7 +153,7 @@ Task<bool> App::shut_down(std::string why) {
   do {
     const MonoTime patience = clock_.now() + kWorldPatience;
     done = co_await use_.wait(is_settled, patience);
-  } while (!done && !rig_->is_reckoning());
+  } while (!done && !rig_->is_computing());
   if (Run* run = use_.live_run()) {
     notifier_.extend_timeout(kStopExtension);
     run->interrupt(InterruptRequest(Interrupt::abort, why));
@@ -164,7 +164,7 @@ Task<bool> App::shut_down(std::string why) {
   // Waits for the last commit on this thread, which nothing else needs any more. The recorder's
   // last reports are made here.
   recorder_.reset();
-  co_return !rig_->is_reckoning();
+  co_return !rig_->is_computing();
 }
 
 }  // namespace lcrig

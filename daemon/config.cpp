@@ -7,8 +7,8 @@
 
 #include "base/force_class.hpp"
 #include "base/log.hpp"
+#include "base/port_url.hpp"
 #include "daemon/rig/bench.hpp"
-#include "drivers/port_url.hpp"
 
 namespace lcrig {
 

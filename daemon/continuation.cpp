@@ -192,9 +192,8 @@ Result<std::vector<ResumableRun>> find_resumable(const Database& db, RigBefore r
   std::vector<ResumableRun> out;
   for (const auto& [run, on_bench] : *runs) {
     const auto prepared = prepare_continuation(db, run);
-    if (!prepared)
-      continue;  // it was continued already, or cut off before its first step or in
-                 // `finally`
+    // It was continued already, or cut off before its first step or in `finally`.
+    if (!prepared) continue;
     const bool gone = on_bench || rig == RigBefore::gone;
     if (gone && has_used_frame(*prepared)) continue;
     ResumableRun& found = out.emplace_back();

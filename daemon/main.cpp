@@ -105,7 +105,7 @@ Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, App& app,
   const std::string why = number == SIGTERM ? "SIGTERM" : "SIGINT";
   const bool all_ended = co_await app.shut_down(why);
   if (!all_ended) {
-    spdlog::warn("ended without the simulated specimen, which is still being reckoned");
+    spdlog::warn("ended without the simulated specimen, which is still being computed");
     leave(0, app, log);
   }
   io.stop();

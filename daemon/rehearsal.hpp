@@ -12,7 +12,8 @@
 
 namespace lcrig {
 
-// The rig of a rehearsal. A function makes the instruments when the run opens them.
+// The rig of a rehearsal. A function makes the instruments when the run opens them. Not a
+// SimulatedRig: people act there, a thread computes the specimen, and mistakes are found late.
 class RehearsalRig final : public InstrumentFactory {
  public:
   using Make = std::function<Result<std::unique_ptr<Instruments>>(const InstrumentsRequest&)>;

@@ -7,7 +7,6 @@
 
 #include "daemon/rehearsal.hpp"
 #include "daemon/rig/drill.hpp"
-#include "daemon/rig/replay.hpp"
 #include "daemon/rig/sim.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"
@@ -18,16 +17,16 @@ namespace lcrig {
 namespace {
 
 std::string answer_remark(std::string_view step, const AnswerEvent& answer) {
-  const bool from_file = answer.source == to_string(AnswerSource::file);
-  const bool made_up = answer.source == to_string(AnswerSource::made_up);
+  const auto source = parse_word<AnswerSource>(answer.source);
   AnswerValue value = true;
   if (answer.number) value = *answer.number;
   if (answer.text) value = *answer.text;
-  return fmt::format(
-      "step {} was answered \"{}\": {}", step, answer_words(value, answer.unit.value_or("")),
-      from_file ? "from the file of answers"
-      : made_up ? "made up, for the protocol has no default and --answers says nothing"
-                : "the default of the protocol");
+  return fmt::format("step {} was answered \"{}\": {}", step,
+                     answer_words(value, answer.unit.value_or("")),
+                     source == AnswerSource::file ? "from the file of answers"
+                     : source == AnswerSource::made_up
+                         ? "made up, for the protocol has no default and --answers says nothing"
+                         : "the default of the protocol");
 }
 
 class RunRehearsal final : public Rehearsal {
@@ -69,31 +68,21 @@ class RunRehearsal final : public Rehearsal {
   }
 
   Result<std::unique_ptr<Instruments>> make_instruments(const PreparedRun& prepared) {
-    if (const auto directory = replay_directory(request_.bench)) {
-      if (drill_) {
-        return fail(Errc::invalid_request, "--faults needs a simulated bench; a replay has none");
-      }
-      if (!request_.answers_text.empty()) {
-        return fail(Errc::invalid_request, "--answers needs a simulated bench; a replay has none");
-      }
-      return make_replay_instruments(io_.get_executor(), clock_, *directory);
+    auto sim = sim_request(request_, instruments_for(prepared));
+    if (!sim) return fail(sim.error());
+    if (sim->replay && drill_) {
+      return fail(Errc::invalid_request, "--faults needs a simulated bench; a replay has none");
     }
-    if (!prepared.specimen) {
-      return fail(Errc::invalid_request, "a simulated bench needs a specimen: --specimen S");
+    if (sim->replay && !request_.answers_text.empty()) {
+      return fail(Errc::invalid_request, "--answers needs a simulated bench; a replay has none");
     }
-    auto bench = bench_of(request_.bench, request_.bench_text);
-    if (!bench) return fail(bench.error());
-    SimRequest sim(std::move(*bench), instruments_for(prepared));
-    if (request_.errors) sim.bench.errors = request_.errors;
-    sim.bench.rig_seed = request_.rig_seed;
-    if (request_.seed) sim.seed = static_cast<std::int64_t>(*request_.seed);
-    sim.drill = drill_.get();
+    sim->drill = drill_.get();
     if (!request_.answers_text.empty()) {
       auto answers = parse_answers(request_.answers_text, request_.answers_name, prepared.protocol,
                                    prepared.environment);
-      if (auto r = keep(std::move(answers), sim.answers); !r) return fail(r.error());
+      if (auto r = keep(std::move(answers), sim->answers); !r) return fail(r.error());
     }
-    return make_sim_instruments(io_.get_executor(), clock_, sim);
+    return make_sim_instruments(io_.get_executor(), clock_, *sim);
   }
 
   Task<> act() override {
@@ -172,22 +161,21 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   auto specimen = known ? parse_specimen(request.specimen_text, request.specimen_name)
                         : parse_specimen(shipped_specimens().front().text, "shipped specimen");
   if (!specimen) return fail(specimen.error());
-  auto bench = bench_of(request.bench, request.bench_text);
-  if (!bench) return fail(bench.error());
+  InstrumentsRequest wanted;
+  wanted.specimen = &*specimen;
+  wanted.weights = request.weights;
+  const auto sim = sim_request(request, wanted);
+  if (!sim) return fail(sim.error());
   InstrumentNoise noise;
-  noise.capacitance_F = bench->plant.capacitance_noise_F;
-  noise.force_N = bench->plant.force_noise_N;
+  noise.capacitance_F = sim->bench.plant.capacitance_noise_F;
+  noise.force_N = sim->bench.plant.force_noise_N;
   // The noise of FAST is known from recordings of an LCR-6100; a bench file may state the others.
   for (const std::size_t i : {1U, 2U}) {
     noise.guessed[i] = noise.capacitance_F[i] == PlantConfig().capacitance_noise_F[i];
   }
-  InstrumentsRequest wanted;
-  wanted.specimen = &*specimen;
-  wanted.weights = request.weights;
-  const SimRequest sim(std::move(*bench), wanted);
   VirtualClock clock;
   asio::io_context io(1);
-  auto instruments = make_sim_instruments(io.get_executor(), clock, sim);
+  auto instruments = make_sim_instruments(io.get_executor(), clock, *sim);
   if (!instruments) return fail(instruments.error());
   std::optional<Result<Rig>> rig;
   asio::co_spawn(io, identified_rig(**instruments),
@@ -197,7 +185,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
                  });
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
-  if (*rig && !replay_directory(request.bench)) (*rig)->noise = noise;
+  if (*rig && !sim->replay) (*rig)->noise = noise;
   if (*rig && !known) {
     (*rig)->compression_m = (*rig)->specimen_least_m = (*rig)->specimen_free_m = {};
   }

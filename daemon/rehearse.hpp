@@ -10,18 +10,13 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "daemon/rig/bench.hpp"
 #include "daemon/run_request.hpp"
-#include "model/bench_errors.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
 
-struct RehearseRequest : RunRequest {
-  std::string bench = "paper";  // a name, or "replay:DIR"
-  std::string bench_text;  // text of the bench file; empty: `bench` is a shipped one
-  std::optional<std::uint64_t> seed;  // absent: the bench's own
-  std::optional<ErrorScope> errors;  // absent: those of the bench file
-  std::optional<std::uint64_t> rig_seed;  // for the lasting errors; absent: `seed`
+struct RehearseRequest : RunRequest, BenchChoice {
   std::string db_path;
   // Fault script (docs/faults.md); with an empty text nothing goes wrong.
   std::string faults_name, faults_text;
@@ -47,8 +42,7 @@ Result<RehearseResult> rehearse(const RehearseRequest& request);
 
 // For `lcrig protocol plan`: the capabilities of a bench's instruments and, with a specimen,
 // estimates of the force to compress it. Errors: as rehearse.
-struct BenchRequest {
-  std::string bench = "paper", bench_text;  // as in RehearseRequest
+struct BenchRequest : BenchChoice {
   std::string specimen_name, specimen_text;  // empty: no estimates for a specimen
   bool weights = false;  // a rod with dead weights instead of the frame
 };

@@ -39,9 +39,8 @@ class BatchRehearsal final : public Rehearsal {
 
  private:
   Result<> make_app() {
-    if (auto r = keep(bench_of(request_.bench, request_.bench_text), bench_); !r) return r;
-    if (request_.errors) bench_.errors = request_.errors;
-    bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans assume
+    // A mistake in the bench file leaves no database behind.
+    if (const auto bench = bench_of(request_); !bench) return fail(bench.error());
     Config config;
     config.database = request_.db_path;
     AppParts parts;
@@ -55,10 +54,11 @@ class BatchRehearsal final : public Rehearsal {
 
   // Makes the bench with the specimen of the run, and with other noise for each run.
   Result<std::unique_ptr<Instruments>> make_instruments(const InstrumentsRequest& wanted) {
-    SimRequest sim(bench_, wanted);
-    if (request_.noise_seed) sim.seed = static_cast<std::int64_t>(*request_.noise_seed);
-    if (wanted.why == LearnedBy::start) sim.seed += starts_++;
-    return make_sim_instruments(io_.get_executor(), clock_, sim);
+    auto sim = sim_request(request_, wanted);
+    if (!sim) return fail(sim.error());
+    sim->bench.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans assume
+    if (wanted.why == LearnedBy::start) sim->seed += starts_++;
+    return make_sim_instruments(io_.get_executor(), clock_, *sim);
   }
 
   // Removes entries of an earlier rehearsal that was broken off. Errors when there are any others,
@@ -120,7 +120,7 @@ class BatchRehearsal final : public Rehearsal {
       } else if (status.gate && status.gate != QueueGate::time && status.entry) {
         co_await open_gate(queue, status);
       } else {
-        co_await clock_.wait_for(1s);
+        co_await clock_.wait_for(1s);  // a person's look: acts at other times give other rows
       }
     }
     out_.length_s = to_seconds(clock_.now() - begin_);
@@ -217,7 +217,6 @@ class BatchRehearsal final : public Rehearsal {
   }
 
   const RehearseBatchRequest& request_;
-  Bench bench_;
   std::int64_t starts_ = 0;
   PeerCredentials person_;
   RehearseBatchResult out_;

@@ -10,17 +10,14 @@
 #include <vector>
 
 #include "daemon/control/queue_handler.hpp"
-#include "model/bench_errors.hpp"
+#include "daemon/rig/bench.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
 
-struct RehearseBatchRequest {
+// `seed` is that of the first run; each run after it takes the next number.
+struct RehearseBatchRequest : BenchChoice {
   BatchAdd batch;  // stored as NAME-2, NAME-3 if the name exists
-  std::string bench = "paper", bench_text;  // as in RehearseRequest
-  std::optional<std::uint64_t> noise_seed;  // for the first run, then increasing by one; absent:
-                                            // the bench's
-  std::optional<ErrorScope> errors;
   std::string db_path;
   double hand_s = 120;  // time that a person takes for each act
   std::int64_t begin_unix_ns = 0;

@@ -305,7 +305,7 @@ void Session::note_extrapolation() {
   if (peak_N <= *solved_N * (1 + 1e-6)) return;  // allows for rounding
   recorder_.event(RunEvent(
       clock_.now(), EventKind::extrapolated, "",
-      fmt::format("the bench went to {:.4g} N, but its specimen is reckoned up to {:.4g} N only: "
+      fmt::format("the bench went to {:.4g} N, but its specimen is computed up to {:.4g} N only: "
                   "from there on thickness and capacitance follow a straight line",
                   peak_N, *solved_N)));
 }

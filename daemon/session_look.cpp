@@ -123,6 +123,7 @@ Task<Result<>> Session::look() {
     const Duration seen = clock_.now() - begin;
     return seen >= 2s || (seen >= 500ms && looker.rest.forces() >= 10);
   };
+  // Polled, because it ends by time, too; another end would move the times of every stored row.
   while (!enough() && !looker.lost) co_await clock_.wait_for(50ms);
   if (looker.lost) {
     learn(Instrument::frame, fail(*looker.lost));

@@ -7,6 +7,7 @@
 #include "base/units.hpp"
 #include "daemon/rig/corrector.hpp"
 #include "daemon/session.hpp"
+#include "storage/frame_capabilities.hpp"
 
 namespace lcrig {
 
@@ -14,18 +15,11 @@ using nlohmann::json;
 
 namespace {
 
-std::string capabilities_json(const FrameCapabilities& c) {
-  const json out{{"motion", c.motion},
-                 {"force_hold", c.force_hold},
-                 {"device_stop", c.device_stop},
-                 {"weights", c.weights},
-                 {"force_max_N", c.force_max.si()},
-                 {"speed_max_m_s", c.speed_max.si()},
-                 {"travel_min_m", c.travel_min.si()},
-                 {"travel_max_m", c.travel_max.si()},
-                 {"reaction_s", to_seconds(c.reaction)},
-                 {"deceleration_m_s2", c.deceleration.si()}};
-  return out.dump();
+StoredCapabilities capabilities_of(const FrameCapabilities& c) {
+  return {c.motion,           c.force_hold,      c.device_stop,
+          c.weights,          c.force_max.si(),  c.speed_max.si(),
+          c.travel_min.si(),  c.travel_max.si(), to_seconds(c.reaction),
+          c.deceleration.si()};
 }
 
 std::string limits_json(const BoundLimits& l) {
@@ -66,7 +60,7 @@ RunRow Session::make_row() const {
   row.lcr_identity = meter_identity_.text;
   row.frame_identity = frame_identity_.text;
   row.lcr_settings_json = to_json(settings_event(settings_, conversion));
-  row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
+  row.frame_capabilities_json = to_json(capabilities_of(instruments_->frame().capabilities()));
   row.frame_limits_json = limits_json(plan_.limits);
   row.corrections =
       corrections_of(meter_identity_, info.simulated || meter_identity_.simulated, corrections_);

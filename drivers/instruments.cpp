@@ -26,9 +26,9 @@ SettingsEvent settings_event(const LcrSettings& s, Duration conversion_time) {
   out.frequency_Hz = s.frequency.si();
   out.level_V = s.level.si();
   if (s.bias) out.bias_V = s.bias->si();
-  out.aperture = to_string(s.aperture);
+  out.aperture = s.aperture;
   out.average = s.average;
-  out.trigger = to_string(s.trigger);
+  out.trigger = s.trigger;
   out.conversion_time_s = shift_decimal(static_cast<double>(conversion_time.count()), -9);
   return out;
 }

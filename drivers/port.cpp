@@ -4,7 +4,7 @@
 #include <boost/asio/this_coro.hpp>
 
 #include "base/aside.hpp"
-#include "drivers/port_url.hpp"
+#include "base/port_url.hpp"
 #include "drivers/tcp_transport.hpp"
 
 namespace lcrig {

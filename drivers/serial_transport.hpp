@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "drivers/port_url.hpp"
+#include "base/port_url.hpp"
 #include "drivers/transport.hpp"
 
 namespace lcrig {

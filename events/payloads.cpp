@@ -9,17 +9,21 @@ namespace {
 
 using nlohmann::json;
 
-std::string quoted(const std::string& text) {
+std::string quoted(std::string_view text) {
   return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 // Writes fields in the order of the calls, and leaves out absent ones.
-class FieldWriter {
+class PayloadWriter {
  public:
   void field(const char* key, double v) { put(key, fmt::format("{}", v)); }
   void field(const char* key, std::int64_t v) { put(key, fmt::format("{}", v)); }
   void field(const char* key, bool v) { put(key, v ? "true" : "false"); }
-  void field(const char* key, const std::string& v) { put(key, quoted(v)); }
+  void field(const char* key, std::string_view v) { put(key, quoted(v)); }
+  template <HasWords E>
+  void field(const char* key, E v) {
+    field(key, to_string(v));
+  }
   template <class T>
   void field(const char* key, const std::optional<T>& v) {
     if (v) field(key, *v);
@@ -41,9 +45,9 @@ class FieldWriter {
   std::string text_;
 };
 
-class FieldReader {
+class PayloadReader {
  public:
-  explicit FieldReader(const json& from) : from_(from) {}
+  explicit PayloadReader(const json& from) : from_(from) {}
 
   template <class T>
   void field(const char* key, T& v) {
@@ -65,6 +69,13 @@ class FieldReader {
     if (it == from_.end() || !is(*it, v)) return false;
     v = it->get<T>();
     return true;
+  }
+  template <HasWords E>
+  bool take(const char* key, E& v) const {
+    std::string word;
+    const auto known = take(key, word) ? parse_word<E>(word) : std::nullopt;
+    v = known.value_or(v);
+    return known.has_value();
   }
   static bool is(const json& j, double) { return j.is_number(); }
   static bool is(const json& j, std::int64_t) { return j.is_number_integer(); }
@@ -200,7 +211,7 @@ constexpr std::string_view kDone = "done";
 
 template <EventPayload P>
 std::string to_json(const P& payload) {
-  FieldWriter writer;
+  PayloadWriter writer;
   P copy = payload;
   fields(writer, copy);
   return writer.text();
@@ -212,7 +223,7 @@ Result<P> from_json(std::string_view detail) {
   if (!object.is_object()) {
     return fail(Errc::garbled, "the event `{}` has no object in its detail", to_string(P::kKind));
   }
-  FieldReader reader(object);
+  PayloadReader reader(object);
   P out{};
   fields(reader, out);
   if (reader.missing() == nullptr) return out;

@@ -114,12 +114,10 @@ struct SettingsEvent {
   static constexpr EventKind kKind = EventKind::settings;
   std::optional<std::string> function;
   std::optional<double> frequency_Hz, level_V, bias_V;  // bias_V: none when the bias is off
-  std::optional<std::string> aperture;
+  std::optional<Aperture> aperture;
   std::optional<double> average;
-  std::optional<std::string> trigger;
+  std::optional<LcrTrigger> trigger;
   std::optional<double> conversion_time_s;
-
-  bool internal_trigger() const { return trigger == to_string(LcrTrigger::internal); }
 };
 
 // The state that a new run needs to continue at the step that was interrupted. Written when a step

@@ -166,28 +166,21 @@ Result<double> FemFinite::true_of(double dead_Pa) {
   return dead_Pa / space_.top_area_ratio(known_.at(dead_Pa).u);
 }
 
-Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
-  int side = 0;
+Result<double> FemFinite::close_bracket(double true_Pa, Bracket dead_Pa) {
   for (int i = 0; i < kMostSecants; ++i) {
-    const double dead = (low.dead_Pa * high.error_Pa - high.dead_Pa * low.error_Pa) /
-                        (high.error_Pa - low.error_Pa);
+    const double dead = dead_Pa.next();
     auto found = true_of(dead);
     if (!found) return found;
     const double error = *found - true_Pa;
     if (std::abs(error) <= kSameLoad * true_Pa) return dead;
-    Trial& moved = error > 0 ? high : low;
-    Trial& kept = error > 0 ? low : high;
-    moved = {dead, error};
-    kept.error_Pa /= side == (error > 0 ? 1 : -1) ? 2 : 1;
-    side = error > 0 ? 1 : -1;
+    dead_Pa.narrow({dead, error});
   }
   return fail(Errc::bug, "fem_finite: the search for {:.5g} kPa true pressure did not end",
               true_Pa / 1e3);
 }
 
 // Finds the dead pressure that belongs to a true pressure. The face grows under load, so the search
-// goes upwards from the true pressure until it has a bracket. Regula falsi with the Illinois
-// weights then closes the bracket.
+// goes upwards from the true pressure until it has a bracket, and then closes it.
 Result<double> FemFinite::dead_of(double true_Pa) {
   if (kind_ == PressureKind::dead || true_Pa == 0) return true_Pa;
   double low = 0, low_error = -true_Pa, high = true_Pa;
@@ -202,7 +195,7 @@ Result<double> FemFinite::dead_of(double true_Pa) {
       high *= std::min(1.01 * true_Pa / *found, 1.5);
       continue;
     }
-    return close_bracket(true_Pa, {low, low_error}, {high, error});
+    return close_bracket(true_Pa, Bracket({low, low_error}, {high, error}));
   }
   return fail(Errc::invalid_request,
               "fem_finite: no load gives a true pressure of {:.5g} kPa: the face grows as fast",

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "model/bracket.hpp"
 #include "model/fem_linear_system.hpp"
 #include "model/fem_system.hpp"
 #include "model/level.hpp"
@@ -84,10 +85,7 @@ class FemFinite final : public LevelModel {
   Result<> reach(double pressure_Pa);
   Result<double> true_of(double dead_Pa);
   Result<double> dead_of(double true_Pa);
-  struct Trial {
-    double dead_Pa, error_Pa;  // of the true pressure
-  };
-  Result<double> close_bracket(double true_Pa, Trial low, Trial high);
+  Result<double> close_bracket(double true_Pa, Bracket dead_Pa);
   void keep(double pressure_Pa, FemState state);
 
   StackSpace space_;

@@ -34,8 +34,8 @@ class FrontalSolver {
     bool contains(const Part& other) const;
   };
   struct Front {
-    // In the order of elimination, sorted. The first ones are eliminated in this front, the others
-    // in the front of which this one is a half.
+    // Sorted by the order of elimination. The first `eliminated` are eliminated in this front, the
+    // others in its parent, which has this front among its halves.
     std::vector<std::size_t> unknowns;
     std::size_t eliminated = 0;
     std::size_t rest() const { return unknowns.size() - eliminated; }

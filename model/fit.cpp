@@ -3,7 +3,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
 
@@ -238,15 +238,8 @@ bool is_determined(const Eigen::MatrixXd& normal) {
 }  // namespace
 
 double student_t975(int degrees_of_freedom) {
-  constexpr std::array kTable{12.706, 4.303, 3.182, 2.776, 2.571,
-                              2.447,  2.365, 2.306, 2.262, 2.228};
-  if (degrees_of_freedom <= static_cast<int>(kTable.size())) {
-    return kTable[static_cast<std::size_t>(std::max(degrees_of_freedom, 1) - 1)];
-  }
-  constexpr double z = 1.959964;  // Cornish-Fisher expansion in 1/n
-  const double n = degrees_of_freedom, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
-  return z + (z3 + z) / (4 * n) + (5 * z5 + 16 * z3 + 3 * z) / (96 * n * n) +
-         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * n * n * n);
+  const boost::math::students_t distribution(std::max(degrees_of_freedom, 1));
+  return boost::math::quantile(distribution, 0.975);
 }
 
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,

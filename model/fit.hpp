@@ -63,7 +63,7 @@ struct Fit {
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
                          const std::vector<FitPoint>& points, const C0Error& c0 = {});
 
-// 97.5 % quantile of Student's t, accurate to 1e-3. Precondition: degrees of freedom >= 1.
+// 97.5 % quantile of Student's t. Less than one degree of freedom counts as one.
 double student_t975(int degrees_of_freedom);
 
 }  // namespace lcrig

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "model/bracket.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -38,8 +40,7 @@ double Plant::shortening_m(double force_N) const {
   return specimen_.shortening_m(force_N) + force_N * compliance_m_N_;
 }
 
-// Regula falsi with the Illinois weights. Shortening rises with force, so the bracket always
-// closes.
+// Shortening rises with force, so the bracket always closes.
 double Plant::solve_force(double target_m) const {
   double low = 0, high = grid_N_;
   double low_m = 0, high_m = grid_m_[1];
@@ -60,25 +61,14 @@ double Plant::solve_force(double target_m) const {
     }
   }
   const double close_enough = 1e-13 * target_m;
-  double low_error = low_m - target_m;
-  double high_error = high_m - target_m;
+  Bracket bracket({low, low_m - target_m}, {high, high_m - target_m});
   double force = low;
-  int side = 0;
-  for (int i = 0; i < 100 && high_error > low_error; ++i) {
-    force = (low * high_error - high * low_error) / (high_error - low_error);
+  for (int i = 0; i < 100 && bracket.high().error > bracket.low().error; ++i) {
+    force = bracket.next();
     const double error = shortening_m(force) - target_m;
-    if (std::abs(error) <= close_enough || high - low <= 1e-15 * high) break;
-    if (error > 0) {
-      high = force;
-      high_error = error;
-      low_error = side == 1 ? low_error / 2 : low_error;
-      side = 1;
-    } else {
-      low = force;
-      low_error = error;
-      high_error = side == -1 ? high_error / 2 : high_error;
-      side = -1;
-    }
+    const double width = bracket.high().at - bracket.low().at;
+    if (std::abs(error) <= close_enough || width <= 1e-15 * bracket.high().at) break;
+    bracket.narrow({force, error});
   }
   return force;
 }

@@ -48,10 +48,9 @@ Layer read_layer(const JsonReader& reader, const Specimen& specimen, bool materi
     known.push_back(material.name);
   }
   if (!materials_read) return layer;
-  const auto guess = did_you_mean(name, known);
   std::string all;
   for (const auto& one : known) all += (all.empty() ? "" : ", ") + one;
-  field.refuse("unknown material \"" + name + "\"" + (guess.empty() ? "," : guess) +
+  field.refuse("unknown material \"" + name + "\"" + or_comma(did_you_mean(name, known)) +
                " expected one of `materials`: " + (all.empty() ? "there is none" : all));
   return layer;
 }

@@ -88,8 +88,8 @@ void read_link(const Statement& row, ChainHead& out) {
   auto& [level, event, reading, sample, note] = out.last;
   row.read(out.seq, level, event, reading, sample, note, out.ended);
   const auto hash = row.blob(7);
-  if (hash.size() == out.hash.size())
-    std::ranges::copy(hash, out.hash.begin());  // else it keeps a hash that does not match
+  // A hash of another size leaves one that does not match.
+  if (hash.size() == out.hash.size()) std::ranges::copy(hash, out.hash.begin());
 }
 
 Result<bool> has_end(const Database& db, std::int64_t run) {

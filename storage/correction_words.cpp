@@ -41,16 +41,18 @@ CorrectionState read_state(const json& all, CorrectionKind kind) {
 
 }  // namespace
 
-std::string to_json(const MeterCorrections& meter) {
-  const json out{{"meter", meter.meter},
-                 {"simulated", meter.simulated},
-                 {"open", state_json(meter.open)},
-                 {"short", state_json(meter.short_circuit)}};
-  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+json to_json(const MeterCorrections& meter) {
+  return {{"meter", meter.meter},
+          {"simulated", meter.simulated},
+          {"open", state_json(meter.open)},
+          {"short", state_json(meter.short_circuit)}};
 }
 
 std::optional<MeterCorrections> parse_corrections(std::string_view text) {
-  const json all = json::parse(text, nullptr, false);
+  return read_corrections(json::parse(text, nullptr, false));
+}
+
+std::optional<MeterCorrections> read_corrections(const json& all) {
   if (!all.is_object()) return std::nullopt;
   const auto name = all.find("meter");
   if (name == all.end() || !name->is_string()) return std::nullopt;

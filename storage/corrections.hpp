@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -51,9 +52,11 @@ Result<std::vector<MeterCorrections>> list_corrections(const Database& db);
 
 // {"meter":"LCR-6100 GEZ883880","simulated":false,"open":{"on":true,"made_unix_ns":…,"made_by":…},
 // "short":…}; null: unknown.
-std::string to_json(const MeterCorrections& meter);
-// nullopt: the run was recorded by an older lcrig, which did not ask for corrections.
-std::optional<MeterCorrections> parse_corrections(std::string_view json);
+nlohmann::json to_json(const MeterCorrections& meter);
+std::optional<MeterCorrections> read_corrections(const nlohmann::json& from);
+// The same for RunRow::correction_json. nullopt: the run was recorded by an older lcrig, which did
+// not ask for corrections.
+std::optional<MeterCorrections> parse_corrections(std::string_view text);
 
 // "on, made 2026-01-31 12:00 UTC by ada (12 days before)", where `at_unix_ns` is the time of the
 // state. A later date is described as lying in the future: then a clock was wrong.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "base/number.hpp"
@@ -26,7 +27,7 @@ Result<std::string> correction_text(const Database& db, const RunRow& row) {
   if (!row.corrections) return row.correction_json;
   MeterCorrections meter = *row.corrections;
   if (auto found = look_up_corrections(db, meter); !found) return fail(found.error());
-  return to_json(meter);
+  return to_json(meter).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash& hash) {

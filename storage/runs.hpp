@@ -43,8 +43,8 @@ struct RunRow {
   std::int64_t started_unix_ns = 0;  // the same instant on both clocks
   MonoTime started;
   std::string boot_id;
-  std::optional<std::int64_t> queue_entry;  // the entry that this run belongs to; stored in a table
-                                            // of its own
+  // The entry of the queue that this run belongs to; it is stored in table queue_attempt.
+  std::optional<std::int64_t> queue_entry;
   std::optional<CopiedFrom> copied_from;  // set by get_run; empty for a new run
 
   std::optional<double> probe_area_m2() const;  // pressure is force divided by it

@@ -59,7 +59,7 @@ bool Heartbeat::is_working() {
 void Heartbeat::tell_service(bool working) const {
   if (!working) return parts_.notifier.status("stuck: " + stuck_.front());
   parts_.news.service_status();
-  if (parts_.rig.is_reckoning()) parts_.notifier.status("reckons the simulated specimen");
+  if (parts_.rig.is_computing()) parts_.notifier.status("computes the simulated specimen");
   if (parts_.use.is_ending() && parts_.use.session() != nullptr) {
     parts_.notifier.extend_timeout(kStopExtension);
   }
@@ -80,6 +80,7 @@ Task<> Heartbeat::run() {
       watchdog_due = clock_.now() + watchdog;
     }
     const MonoTime due = clock_.now() + std::min(kStatusInterval, watchdog);
+    // Not an event: force and travel change all the time, and watchers get them ten times a second.
     co_await clock_.wait_until(due);
     if (const auto late = lag_.note(due, clock_.now())) tell_lag(*late);
   }

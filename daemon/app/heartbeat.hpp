@@ -28,7 +28,7 @@ class Heartbeat {
   Heartbeat(Clock& clock, const Parts& parts);
 
   Task<> run();  // until the daemon ends and no session is left
-  // Of the event loop, since the daemon started.
+  // The longest time by which the event loop was late since the daemon started.
   Duration worst_lateness() const { return lag_.worst(); }
 
  private:

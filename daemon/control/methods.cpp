@@ -40,9 +40,6 @@ json result_json(const std::string& text) {
 json result_json(std::int64_t number) {
   return number;
 }
-json result_json(const MeterCorrections& meter) {
-  return json::parse(to_json(meter));
-}
 json result_json(const std::vector<QueueAct>& acts) {
   json out = json::array();
   for (const QueueAct& act : acts) out.push_back(to_json(act));

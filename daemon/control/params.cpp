@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/params.hpp"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <span>
 
 #include "base/decimal.hpp"
+#include "base/text.hpp"
 #include "daemon/control/messages.hpp"
 
 namespace lcrig {
@@ -26,8 +24,7 @@ void ParamsReader::expected(const char* key, const char* what, const nlohmann::j
 }
 
 void ParamsReader::expected_word(const char* key, const std::vector<std::string>& words) {
-  const auto but_last = std::span(words).first(words.size() - 1);
-  refuse(key, fmt::format("expected {} or {}", fmt::join(but_last, ", "), words.back()));
+  refuse(key, "expected " + either_of(words));
 }
 
 void ParamsReader::inside(const char* key, const Read& read) {

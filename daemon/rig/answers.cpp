@@ -56,8 +56,7 @@ Result<Answers> parse_answers(std::string_view text, const std::string& name,
     const auto asks = questions.find(id);
     if (asks == questions.end()) {
       r.refuse_key(fmt::format("protocol {} has no step `{}` that asks{} it has: {}", protocol.name,
-                               printable(id, 60),
-                               nearest_word(id, ids) ? did_you_mean(id, ids) : ",",
+                               printable(id, 60), or_comma(guess_words(nearest_word(id, ids))),
                                ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, ", "))));
       continue;
     }

@@ -99,13 +99,17 @@ Result<Bench> find_bench(const std::string& what) {
     if (b.name == what) return parse_bench(b.text, what);
     names.emplace_back(b.name);
   }
-  const auto guess = did_you_mean(what, names);
+  const auto guess = or_comma(did_you_mean(what, names));
   return fail(Errc::invalid_request, "no bench `{}`{} shipped: {}; or give the path of a file",
-              what, guess.empty() ? "," : guess, fmt::join(names, ", "));
+              what, guess, fmt::join(names, ", "));
 }
 
-Result<Bench> bench_of(const std::string& name, const std::string& text) {
-  return text.empty() ? find_bench(name) : parse_bench(text, name);
+Result<Bench> bench_of(const BenchChoice& choice) {
+  auto bench = choice.bench_text.empty() ? find_bench(choice.bench)
+                                         : parse_bench(choice.bench_text, choice.bench);
+  if (bench && choice.errors) bench->errors = choice.errors;
+  if (bench) bench->rig_seed = choice.rig_seed;
+  return bench;
 }
 
 }  // namespace lcrig

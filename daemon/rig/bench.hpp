@@ -45,7 +45,16 @@ struct ShippedBench {
 const std::vector<ShippedBench>& shipped_benches();
 // Finds a bench: a file (a path, or a name that ends in .json), or the name of a shipped one.
 Result<Bench> find_bench(const std::string& what);
-// Parses the text of a bench file; if the text is empty, finds the shipped bench `name`.
-Result<Bench> bench_of(const std::string& name, const std::string& text);
+
+// A bench as a person chose it for a rehearsal or a plan.
+struct BenchChoice {
+  std::string bench = "paper";  // a name, or "replay:DIR"
+  std::string bench_text;  // text of the bench file; empty: `bench` is a shipped one
+  std::optional<std::uint64_t> seed;  // absent: the bench's own
+  std::optional<ErrorScope> errors;  // absent: those of the bench file
+  std::optional<std::uint64_t> rig_seed;  // for the lasting errors; absent: `seed`
+};
+// Errors: those of the bench file.
+Result<Bench> bench_of(const BenchChoice& choice);
 
 }  // namespace lcrig

@@ -105,7 +105,7 @@ class InstrumentFactory {
   // For a process that is about to end. False: the disk did not take everything within this time.
   virtual bool finish_wire_logs(Duration /*patience*/) { return true; }
   // A thread computes a simulated specimen, which may take minutes.
-  virtual bool is_reckoning() const { return false; }
+  virtual bool is_computing() const { return false; }
 };
 
 }  // namespace lcrig

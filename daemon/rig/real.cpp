@@ -85,7 +85,8 @@ bool RealRig::finish_wire_logs(Duration patience) {
 // Opens a port; with a wire log directory all its bytes are logged. A port opens even if its log
 // cannot be written, because making the frame safe is more important.
 Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
-                                                              std::string instrument, Log log) {
+                                                              std::string instrument,
+                                                              WireLogOf log) {
   auto port = co_await open_port(std::move(url), SerialSettings(), clock_);
   if (!port) co_return fail(as_rig_fault(port.error()));
   if (config_.wire_log_directory.empty()) co_return port;
@@ -93,37 +94,36 @@ Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
   co_return port;
 }
 
-std::shared_ptr<WireRecord> RealRig::wire_log(const std::string& instrument, Log log) {
+std::shared_ptr<WireRecord> RealRig::wire_log(const std::string& instrument, WireLogOf log) {
   constexpr Duration kDay = std::chrono::hours(24);
-  constexpr std::size_t kMostOfLooks = std::size_t{4} << 20U;  // bytes; more than a day of
-                                                               // questions needs
-  const bool looks = log == Log::looks;
+  // Bytes; more than a day of questions needs.
+  constexpr std::size_t kMostOfLooks = std::size_t{4} << 20U;
+  const bool looks = log == WireLogOf::looks;
   if (looks && looks_[instrument] && looks_[instrument]->age() < kDay) return looks_[instrument];
   WireLogHeader header;
   header.instrument = instrument;
   header.date = fmt::format("{} ns since 1970", clock_.unix_ns());
-  auto file = wire_logs_->create(fmt::format("{}/{}-{}{}.wire", config_.wire_log_directory,
-                                             instrument, looks ? "looks-" : "", clock_.unix_ns()),
-                                 instrument);
+  const auto name = wire_log_name(instrument, log, clock_.unix_ns());
+  auto file = wire_logs_->create(config_.wire_log_directory + "/" + name, instrument);
   auto out = std::make_shared<WireRecord>(std::move(file), clock_, header,
                                           looks ? kMostOfLooks : WireRecord::kUnlimited);
   if (looks) looks_[instrument] = out;
   return out;
 }
 
-Task<Result<std::unique_ptr<LcrMeter>>> RealRig::open_meter(Log log) {
+Task<Result<std::unique_ptr<LcrMeter>>> RealRig::open_meter(WireLogOf log) {
   auto port = co_await open_logged(config_.meter_port, "lcr", log);
   if (!port) co_return fail(port.error());
   co_return config_.meter_driver->make(std::move(*port), clock_, config_.meter_serial_number);
 }
 
-Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_link(Log log) {
+Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_link(WireLogOf log) {
   auto port = co_await open_logged(config_.frame_port, "frame", log);
   if (!port) co_return fail(port.error());
   co_return std::make_unique<ZwickLink>(std::move(*port), clock_, executor_);
 }
 
-Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame(Log log) {
+Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame(WireLogOf log) {
   std::unique_ptr<LoadFrame> frame;
   if (config_.frame_driver == FrameDriver::dead_weight) {
     DeadWeightSettings settings;
@@ -144,14 +144,14 @@ Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame(Log log) {
 Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest request) {
   if (wire_logs_) wire_logs_->remind();
   if (request.why != LearnedBy::plan) looks_.clear();
-  auto first = co_await open_meter(Log::own);
+  auto first = co_await open_meter(WireLogOf::run);
   if (!first) {
     known_.failed(Instrument::lcr, first.error(), Learned(request.why));
     co_return fail(first.error());
   }
-  const auto again = [this] { return open_meter(Log::own); };
+  const auto again = [this] { return open_meter(WireLogOf::run); };
   auto meter = std::make_unique<ReopeningMeter>(std::move(*first), again);
-  auto frame = co_await open_frame(Log::own);
+  auto frame = co_await open_frame(WireLogOf::run);
   if (!frame) {
     known_.failed(Instrument::frame, frame.error(), Learned(request.why));
     co_return fail(frame.error());
@@ -173,7 +173,7 @@ Task<bool> RealRig::watch_ports() {
 }
 
 Task<Result<std::unique_ptr<LoneMeter>>> RealRig::open_lone_meter() {
-  auto meter = co_await open_meter(Log::looks);
+  auto meter = co_await open_meter(WireLogOf::looks);
   if (!meter) co_return fail(meter.error());
   std::unique_ptr<LoneMeter> out = std::make_unique<MeterAtPort>(std::move(*meter));
   co_return out;
@@ -185,7 +185,7 @@ Task<> RealRig::ask() {
 }
 
 Task<> RealRig::ask_meter() {
-  auto meter = co_await open_meter(Log::looks);
+  auto meter = co_await open_meter(WireLogOf::looks);
   if (!meter) {
     known_.failed(Instrument::lcr, meter.error(), Learned(LearnedBy::look));
     co_return;
@@ -196,7 +196,7 @@ Task<> RealRig::ask_meter() {
 }
 
 Task<> RealRig::ask_frame() {
-  auto frame = co_await open_frame(Log::looks);
+  auto frame = co_await open_frame(WireLogOf::looks);
   if (!frame) {
     known_.failed(Instrument::frame, frame.error(), Learned(LearnedBy::look));
     co_return;
@@ -207,7 +207,7 @@ Task<> RealRig::ask_frame() {
 }
 
 Task<bool> RealRig::make_frame_safe() {
-  auto frame = co_await open_frame(Log::own);
+  auto frame = co_await open_frame(WireLogOf::run);
   if (!frame) {
     known_.failed(Instrument::frame, frame.error(), Learned(LearnedBy::rescue));
     co_return false;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "base/wire_log_name.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "drivers/recording_transport.hpp"
 #include "drivers/transport.hpp"
@@ -34,15 +35,13 @@ class RealRig final : public InstrumentFactory {
   bool finish_wire_logs(Duration patience) override;
 
  private:
-  // The wire log of a port. A run opens its own; the questions of an idle daemon share one per
-  // instrument and day.
-  enum class Log { own, looks };
+  // `log`: a run opens logs of its own; looks share one per instrument and day.
   Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
-                                                       Log log);
-  std::shared_ptr<WireRecord> wire_log(const std::string& instrument, Log log);
-  Task<Result<std::unique_ptr<LcrMeter>>> open_meter(Log log);
-  Task<Result<std::unique_ptr<LoadFrame>>> open_link(Log log);
-  Task<Result<std::unique_ptr<LoadFrame>>> open_frame(Log log);
+                                                       WireLogOf log);
+  std::shared_ptr<WireRecord> wire_log(const std::string& instrument, WireLogOf log);
+  Task<Result<std::unique_ptr<LcrMeter>>> open_meter(WireLogOf log);
+  Task<Result<std::unique_ptr<LoadFrame>>> open_link(WireLogOf log);
+  Task<Result<std::unique_ptr<LoadFrame>>> open_frame(WireLogOf log);
   Task<> ask_frame();
 
   asio::any_io_executor executor_;

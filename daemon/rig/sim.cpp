@@ -78,8 +78,8 @@ class BenchInstruments final : public SimulatedInstruments {
     // The plan gets only what it would know of a real rig; the place of contact is only an
     // expectation.
     info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
-    info_.specimen_least_m = least_shortening(request.specimen);
-    info_.specimen_free_m = free_shortening(request.specimen);
+    info_.specimen_least_m = least_shortening(*request.specimen);
+    info_.specimen_free_m = free_shortening(*request.specimen);
     info_.compression_m = world_->compression_m();
     info_.expected_contact = Length::from_si(world_->plant().config().contact_travel_m);
     return {};
@@ -139,7 +139,7 @@ class BenchInstruments final : public SimulatedInstruments {
 // A bench's meter with nothing between its probes.
 class BenchMeter final : public LoneMeter {
  public:
-  BenchMeter(asio::any_io_executor executor, Clock& clock, TransportPair wire) : clock_(clock) {
+  BenchMeter(asio::any_io_executor executor, Clock& clock, TransportPair wire) : ended_(clock) {
     lcr6100::SimConfig config;
     config.corrected = true;
     const auto nothing = [](MonoTime) {
@@ -152,6 +152,7 @@ class BenchMeter final : public LoneMeter {
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(wire.near), clock);
     asio::co_spawn(executor, sim_->run(), [this](std::exception_ptr error) {
       runs_ = false;
+      ended_.notify_all();
       if (error) std::rethrow_exception(error);
     });
   }
@@ -159,23 +160,37 @@ class BenchMeter final : public LoneMeter {
   Task<> close() override {
     meter_->close();
     sim_->close();
-    while (runs_) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    const auto ended = [this] { return !runs_; };
+    co_await ended_.wait(ended);
   }
 
  private:
-  Clock& clock_;
   bool runs_ = true;
+  Condition ended_;  // notified when the simulator ends
   std::unique_ptr<lcr6100::Lcr6100Sim> sim_;
   std::unique_ptr<lcr6100::Lcr6100> meter_;
 };
 
 }  // namespace
 
+Result<SimRequest> sim_request(const BenchChoice& choice, const InstrumentsRequest& wanted) {
+  SimRequest out(Bench(), wanted);
+  out.replay = replay_directory(choice.bench);
+  if (out.replay) return out;
+  if (auto read = keep(bench_of(choice), out.bench); !read) return fail(read.error());
+  if (choice.seed) out.seed = static_cast<std::int64_t>(*choice.seed);
+  return out;
+}
+
 Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
+  if (request.replay) return std::shared_ptr<BenchWorld>();
+  if (!request.specimen) {
+    return fail(Errc::invalid_request, "a simulated bench needs a specimen: --specimen S");
+  }
   PlantConfig mounting = request.bench.plant;
   mounting.seed = static_cast<std::uint64_t>(request.seed);
   if (request.weights) mounting.contact_travel_m = 0;
-  auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
+  auto world = BenchWorld::make(*request.specimen, request.bench.error_tolerance,
                                 Force::from_si(request.max_force_N), mounting, request.bench.errors,
                                 request.bench.rig_seed);
   if (!world) return fail(world.error());
@@ -184,6 +199,7 @@ Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
 
 Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
                                                           Clock& clock, const SimRequest& request) {
+  if (request.replay) return make_replay_instruments(executor, clock, *request.replay);
   auto bench = std::make_unique<BenchInstruments>(executor, clock);
   if (auto built = bench->build(request); !built) return fail(built.error());
   return std::unique_ptr<Instruments>(std::move(bench));
@@ -240,28 +256,23 @@ Task<Result<std::unique_ptr<LoneMeter>>> SimulatedRig::open_lone_meter() {
 }
 
 Task<Result<std::unique_ptr<Instruments>>> SimulatedRig::open(InstrumentsRequest request) {
-  if (const auto directory = replay_directory(bench_)) {
-    auto replay = make_replay_instruments(executor_, clock_, *directory);
-    if (!replay) failed(replay.error(), request.why);
-    co_return replay;
+  BenchChoice choice;
+  choice.bench = bench_;
+  auto sim = sim_request(choice, request);
+  if (!sim) {
+    failed(sim.error(), request.why);
+    co_return fail(sim.error());
   }
-  if (request.specimen == nullptr) {
-    co_return fail(Errc::invalid_request, "a simulated bench needs a specimen");
-  }
-  auto bench = find_bench(bench_);
-  if (!bench) {
-    failed(bench.error(), request.why);
-    co_return fail(bench.error());
-  }
-  SimRequest sim(std::move(*bench), request);
-  sim.person = &person_;
-  const auto build = [&sim] { return make_world(sim); };
-  is_reckoning_ = true;
+  sim->person = &person_;
+  const auto build = [&sim] { return make_world(*sim); };
+  is_computing_ = true;
   auto world = co_await run_aside(executor_, clock_, build);
-  is_reckoning_ = false;
+  is_computing_ = false;
   if (!world) co_return fail(world.error());
-  sim.world = std::move(*world);
-  co_return make_sim_instruments(executor_, clock_, sim);
+  sim->world = std::move(*world);
+  auto made = make_sim_instruments(executor_, clock_, *sim);
+  if (!made) failed(made.error(), request.why);
+  co_return made;
 }
 
 }  // namespace lcrig

@@ -16,14 +16,13 @@ class FaultDrill;
 
 struct SimRequest {
   SimRequest() = default;
-  // `wanted` must name a specimen.
   SimRequest(Bench b, const InstrumentsRequest& wanted)
-      : bench(std::move(b)),
-        specimen(*wanted.specimen),
-        weights(wanted.weights),
-        max_force_N(wanted.max_force_N) {}
+      : bench(std::move(b)), weights(wanted.weights), max_force_N(wanted.max_force_N) {
+    if (wanted.specimen != nullptr) specimen = *wanted.specimen;
+  }
+  std::optional<std::string> replay;  // the folder of a recording that is played instead of a bench
   Bench bench;
-  Specimen specimen;
+  std::optional<Specimen> specimen;  // a bench needs one
   std::int64_t seed = 1;
   bool weights = false;  // the protocol places weights: a rod instead of a frame
   double max_force_N = 1;  // for the table of the specimen
@@ -37,10 +36,13 @@ struct SimRequest {
   // Wraps the drivers' ends of the wires ("sim:lcr", "sim:frame"), for tests. May be empty.
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
 };
-// Makes the specimen under the probe, from the request alone. Takes seconds if it needs finite
-// elements. Errors: no model level describes it within the bench's tolerance.
+// Errors: as bench_of.
+Result<SimRequest> sim_request(const BenchChoice& choice, const InstrumentsRequest& wanted);
+// Makes the specimen under the probe, from the request alone; nullptr: a recording has none. Takes
+// seconds if it needs finite elements. Errors: no specimen is given, or no model level describes it
+// within the bench's tolerance.
 Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request);
-// Errors: as make_world; the drill does not fit the bench.
+// Errors: as make_world and make_replay_instruments; the drill does not fit the bench.
 Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
                                                           Clock& clock, const SimRequest& request);
 
@@ -53,7 +55,7 @@ class SimulatedRig final : public InstrumentFactory {
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
   Task<> ask() override;  // checks that the bench or the recording can be read
   Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() override;
-  bool is_reckoning() const override { return is_reckoning_; }
+  bool is_computing() const override { return is_computing_; }
 
  private:
   void failed(const Error& error, LearnedBy by);
@@ -63,7 +65,7 @@ class SimulatedRig final : public InstrumentFactory {
   std::string bench_;
   KnownRig& known_;
   Operator& person_;
-  bool is_reckoning_ = false;
+  bool is_computing_ = false;
 };
 
 }  // namespace lcrig

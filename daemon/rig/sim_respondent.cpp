@@ -38,6 +38,7 @@ Result<GivenAnswer> SimRespondent::choose(const Question& question) const {
 
 Task<Result<GivenAnswer>> SimRespondent::answer(Question question) {
   bool came = co_await clock_.wait_for(delay_);
+  // Looks once a second, like SimOperator: a script sends the person away and back.
   while (came && is_absent_()) came = co_await clock_.wait_for(std::chrono::seconds(1));
   if (!came) co_return fail(Errc::aborted, "the question was withdrawn: {}", question.text);
   co_return choose(question);

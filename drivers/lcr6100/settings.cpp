@@ -78,8 +78,9 @@ bool matches(const Setting& setting, std::string_view reply) {
   }
   if (setting.id == SettingId::aperture) return same_word(field(reply, 0), setting.wanted);
   if (setting.id == SettingId::average) return field(reply, 1) == setting.wanted;
-  if (setting.id == SettingId::correction)
+  if (setting.id == SettingId::correction) {
     return parse_switch(reply) == parse_switch(setting.wanted);
+  }
   if (setting.id == SettingId::page) return same_word(reply.substr(0, 4), setting.wanted);
   return same_word(reply, setting.wanted);
 }

@@ -101,18 +101,18 @@ struct ZwickSimSettings {
 // Wrong behaviour of the machine, or wrong reports of the gateway (docs/faults.md). Each may begin
 // and end at any time.
 struct ZwickSimLies {
-  // Of the cell.
+  // Lies of the load cell.
   bool force_frozen = false;  // always repeats its last value
   bool force_held = false;  // shows a constant mean with scatter
   double force_gain = 1;  // factor on the force that it shows
   bool force_reversed = false;
   double force_drift_N_s = 0;  // starts when it is set
   double force_scatter = 1;  // factor on its noise
-  // Of the drive.
+  // Wrong behaviour of the drive.
   bool drive_reversed = false;  // moves away from its target
   double creep_m_s = 0;  // moves on after every motion, and right away; STOP ends it
   bool estop = false;  // pressed
-  // Of the gateway: how it handles orders and reports on them.
+  // Lies of the gateway: how it handles orders and reports on them.
   double order_late_s = 0;  // orders are carried out this late, even after a STOP
   bool done_early = false;  // DONE comes half-way (in a motion: at once), with the target's values
   bool done_unmoved = false;  // DONE after 0.5 s without any motion

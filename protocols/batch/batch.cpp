@@ -57,7 +57,7 @@ void take_term(const BatchCell& cell, std::string_view column, BatchTerms& out,
     out.on_failure = parse_word<OnFailure>(cell.text);
     if (out.on_failure) return;
     wrong.add(cell.at, column,
-              fmt::format("{}, expected hold, skip, look or repeat", quoted_cell(cell)));
+              fmt::format("{}, expected {}", quoted_cell(cell), either_of(all_words<OnFailure>())));
   } else if (column == "failures_max") {
     take_whole_number(cell, column, kMostFailuresInRow, out.failures_max.emplace(1), wrong);
   } else if (column == "unattended") {

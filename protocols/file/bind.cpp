@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/key_words.hpp"
+#include "base/near_word.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/units.hpp"
@@ -73,10 +74,9 @@ Result<Environment> bind_parameters(const Protocol& protocol, const ParameterVal
       if (const auto unit = unit_mistake(name, known)) {
         return fail(Errc::invalid_request, "{}: parameter {}", protocol.name, *unit);
       }
-      const auto meant = nearest_key(name, known);
+      const auto guess = or_comma(guess_words(nearest_key(name, known)));
       return fail(Errc::invalid_request, "{} has no parameter `{}`{} it has: {}", protocol.name,
-                  printable(name, 60), meant ? fmt::format(", did you mean `{}`?", *meant) : ",",
-                  list.empty() ? "none" : printable(list, 1000));
+                  printable(name, 60), guess, list.empty() ? "none" : printable(list, 1000));
     }
     const auto v = read_override(name, it->second, value);
     if (!v) return fail(v.error());

@@ -77,9 +77,9 @@ Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) 
   std::vector<std::string> known = all_words<Aperture>();
   known.emplace_back(kAutoAperture);
   if (std::ranges::find(known, typed) != known.end()) return json(typed).dump();
-  const auto guess = did_you_mean(typed, known);
+  const auto guess = or_comma(did_you_mean(typed, known));
   return fail(Errc::invalid_request, "aperture: \"{}\"{} expected one of {}", printable(typed, 60),
-              guess.empty() ? "," : guess, fmt::join(known, ", "));
+              guess, fmt::join(known, ", "));
 }
 
 }  // namespace

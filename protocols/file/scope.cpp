@@ -2,6 +2,7 @@
 #include "protocols/file/scope.hpp"
 
 #include "base/key_words.hpp"
+#include "base/near_word.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -24,10 +25,9 @@ std::string dimension_words(const std::string& name, Dimension d) {
 const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string& name) const {
   const std::string text = value.string();
   if (text.size() < 2 || text[0] != '$') {
-    const auto meant =
-        entries_.contains(text) ? fmt::format(", did you mean \"${}\"?", text) : std::string(",");
+    const auto guess = entries_.contains(text) ? guess_words("$" + text, {", ", '"'}) : "";
     value.refuse(fmt::format("\"{}\"{} expected a number or \"$name\" of a parameter",
-                             printable(text), meant));
+                             printable(text), or_comma(guess)));
     return nullptr;
   }
   name = text.substr(1);
@@ -40,10 +40,9 @@ const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string&
       if (entry.dimension == d) fitting.push_back(key);
       list += (list.empty() ? "" : ", ") + key;
     }
-    const auto meant = nearest_key(name, fitting);
-    value.refuse(fmt::format(
-        "\"${}\" names no parameter or sweep variable known here{} known: {}", printable(name),
-        meant ? fmt::format(", did you mean `{}`?", *meant) : ",", list.empty() ? "none" : list));
+    const auto guess = or_comma(guess_words(nearest_key(name, fitting)));
+    value.refuse(fmt::format("\"${}\" names no parameter or sweep variable known here{} known: {}",
+                             printable(name), guess, list.empty() ? "none" : list));
     return nullptr;
   }
   if (!it->second.unit_known) return nullptr;

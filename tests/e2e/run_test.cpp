@@ -83,7 +83,7 @@ TEST_F(Rig, ASimulatorBeyondItsModelTellsTheRun) {
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_GE(number("SELECT count(*) FROM event WHERE kind = 'device_extrapolated'"), 1);
   const Ended analysed = lcrig({"analyze", "last", "--db", file("lcrig.db")});
-  EXPECT_THAT(analysed.out, HasSubstr("reckoned up to 0.1 N only"));
+  EXPECT_THAT(analysed.out, HasSubstr("computed up to 0.1 N only"));
 }
 
 TEST_F(Rig, ADaemonThatHangsIsCriticalToMonitoring) {
@@ -264,7 +264,7 @@ TEST_F(Rig, TermDoesNotWaitForASpecimenThatIsStillReckoned) {
                      {"specimen", "many"},
                      {"specimen_text", specimen_of_many_layers()}}}}
                   .dump());
-  ASSERT_TRUE(told.wait("reckons the simulated specimen", 20s)) << daemon.log();
+  ASSERT_TRUE(told.wait("computes the simulated specimen", 20s)) << daemon.log();
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(15s), 0) << daemon.log();
   EXPECT_THAT(daemon.log(), HasSubstr("ended without the simulated specimen"));

@@ -133,7 +133,7 @@ TEST(TrueForce, ABenchBeyondItsModelSaysSo) {
                            frame.poke();
                          }});
   ASSERT_TRUE(beyond.run());
-  EXPECT_THAT(beyond.text(said), HasSubstr("reckoned up to 1 N only"));
+  EXPECT_THAT(beyond.text(said), HasSubstr("computed up to 1 N only"));
 }
 
 TEST(TrueForce, ABenchBeyondItsModelSaysSoThoughTheCellShowsLess) {

@@ -115,10 +115,10 @@ class SimBench {
 
   void say_beyond(double peak_N, double solved_N) {
     const std::string text = fmt::format(
-        "the bench goes to {:.4g} N and more, but its specimen is reckoned up to {:.4g} N only: "
+        "the bench goes to {:.4g} N and more, but its specimen is computed up to {:.4g} N only: "
         "from there on thickness and capacitance follow a straight line{}",
         peak_N, solved_N,
-        solved_N < options_.max_force_N ? "" : "; --max-force-N says how far it is reckoned");
+        solved_N < options_.max_force_N ? "" : "; --max-force-N says how far it is computed");
     spdlog::warn("{}", text);
     ZwickSim* gateway = frame_ ? frame_->gateway() : nullptr;
     if (gateway == nullptr) return;

@@ -79,8 +79,10 @@ std::string setting_text(const BudgetPoint& p) {
 
 std::string parameter_text(const BudgetPoint& p) {
   std::string out;
-  for (const auto& [name, value] : p.parameters) out += fmt::format(" -p {}={:g}", name, value);
-  return out.empty() ? " as the protocol says" : out;
+  for (const auto& [name, value] : p.parameters) {
+    out += fmt::format("{}-p {}={:g}", out.empty() ? "" : " ", name, value);
+  }
+  return out.empty() ? "as the protocol says" : out;
 }
 
 void append_row(const BudgetPoint& p, std::string& out) {
@@ -193,16 +195,16 @@ std::string to_table(const Budget& budget) {
     out += fmt::format("{:8} {:>9}  ", to_string(s.planned.aperture),
                        frequency_text(s.planned.frequency_Hz));
     out += s.to_target
-               ? fmt::format("{:>9} {:>7.2g}% ({:.2g}%){}\n", format_time(s.to_target->duration_s),
+               ? fmt::format("{:>9} {:>7.2g}% ({:.2g}%) {}\n", format_time(s.to_target->duration_s),
                              s.to_target->worst_half_width * 100, s.to_target->worst_expanded * 100,
                              parameter_text(*s.to_target))
                : unmet_text(s);
   }
-  out += budget.cheapest
-             ? fmt::format("\ncheapest: aperture {}, {}: {}\n", setting_text(*budget.cheapest),
-                           format_time(budget.cheapest->duration_s),
-                           parameter_text(*budget.cheapest).substr(1))
-             : "\nno setting meets the target: give --frequency-Hz a list with higher ones\n";
+  out +=
+      budget.cheapest
+          ? fmt::format("\ncheapest: aperture {}, {}: {}\n", setting_text(*budget.cheapest),
+                        format_time(budget.cheapest->duration_s), parameter_text(*budget.cheapest))
+          : "\nno setting meets the target: give --frequency-Hz a list with higher ones\n";
   return out;
 }
 

@@ -94,7 +94,7 @@ class BudgetCommand final : public Command {
   }
 
  private:
-  // What the question is about.
+  // The protocol, rig and specimen for which the budget is computed.
   struct Scene {
     Protocol protocol;
     Environment environment;
@@ -163,7 +163,7 @@ class BudgetCommand final : public Command {
   std::string command_for(const GlobalOptions& global, const BudgetPoint& point) const {
     std::map<std::string, std::string> changes;
     for (const std::string& p : parameters_) {
-      changes[p.substr(0, p.find('='))] = p.substr(p.find('=') + 1);
+      if (auto typed = split_assignment(p)) changes.insert(std::move(*typed));
     }
     for (const auto& [what, value] : point.parameters) changes[what] = fmt::format("{}", value);
     changes["frequency_Hz"] = fmt::format("{}", point.frequency_Hz);

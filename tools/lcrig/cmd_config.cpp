@@ -100,7 +100,7 @@ Outcome<ExitCode> config_show(Context& context, const std::string&) {
 }
 
 constexpr OneWord kConfigShow{"config show",
-                              "The configuration that is in force, and whence each value is",
+                              "The configuration in force, and where each value comes from",
                               "lcrig config show", config_show};
 
 }  // namespace

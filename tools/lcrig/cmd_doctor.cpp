@@ -113,7 +113,7 @@ class DoctorCommand final : public Command {
     its_file = status->database;
     if (ask_) {
       auto seen = client->call("lcr.show", json::object(), std::chrono::minutes(1));
-      if (seen) corrections_ = parse_corrections(json_line(*seen));
+      if (seen) corrections_ = read_corrections(*seen);
     }
     const auto words = fmt::format("lcrigd {} answers", printable(status->version, kLongestName));
     if (status->version == program_version()) return {"daemon", Health::ok, words};

@@ -20,7 +20,7 @@ using nlohmann::json;
 namespace {
 
 Outcome<MeterCorrections> corrections_in(const json& answer) {
-  auto meter = parse_corrections(json_line(answer));
+  auto meter = read_corrections(answer);
   if (!meter) return Failure(kUnreachable, "the daemon's answer names no meter", "lcrig doctor");
   return *meter;
 }
@@ -152,7 +152,7 @@ Outcome<ExitCode> lcr_show(Context& context, const std::string&) {
   }
   const std::string why_not = asked ? "" : asked.error().what;
   json all{{"asked", asked.has_value()}, {"why_not", why_not}, {"meters", json::array()}};
-  for (const auto& meter : *meters) all["meters"].push_back(json::parse(to_json(meter)));
+  for (const auto& meter : *meters) all["meters"].push_back(to_json(meter));
   if (!asked) context.console.note("the meter was not asked: " + why_not);
   return show(context, all, [&](std::ostream& out) {
     for (const auto& meter : *meters) print_corrections(out, meter, context.clock.unix_ns());

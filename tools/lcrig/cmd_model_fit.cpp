@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "analysis/analysis.hpp"
-#include "analysis/frame_track.hpp"
 #include "model/auto_level.hpp"
 #include "model/fit.hpp"
 #include "model/specimen_file.hpp"
+#include "storage/frame_capabilities.hpp"
 #include "storage/run_summary.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/command_output.hpp"
@@ -232,7 +232,7 @@ class FitCommand final : public Command {
     if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
     const FittedRun of{id, row->simulated, chain->intact};
     const RigError rig =
-        error_of_rig(has_dead_weights(row->frame_capabilities_json), specimen->area_m2());
+        error_of_rig(parse_capabilities(row->frame_capabilities_json).weights, specimen->area_m2());
     return show(context, to_json(of, level, model_error, rig, *fit),
                 [&](std::ostream& out) { out << to_text(of, level, model_error, rig, *fit); });
   }

@@ -151,7 +151,7 @@ class RehearseCommand final : public Command {
     auto bench = LibraryPath(context.env).find(LibraryKind::bench, bench_);
     if (!bench) return bench.error();
     if (*bench) request.bench_text = std::move((*bench)->text);
-    request.noise_seed = seed_;
+    request.seed = seed_;
     if (realistic_) request.errors = ErrorScope::everything;
     request.hand_s = hand_s_;
     request.begin_unix_ns = context.clock.unix_ns();

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/time.hpp"
@@ -184,6 +185,8 @@ std::unique_ptr<Command> make_command() {
 // Every command of `lcrig`, in the order of the help.
 std::vector<std::unique_ptr<Command>> make_commands();
 
+// "cycles=5" as its name and its value. nullopt: one of them is missing.
+std::optional<std::pair<std::string, std::string>> split_assignment(const std::string& word);
 // Parses the "name=value" of every -p for this protocol. Failure: usage.
 Outcome<ParameterValues> parse_assignments(const std::string& protocol,
                                            const std::vector<std::string>& words);

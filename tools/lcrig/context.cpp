@@ -135,18 +135,24 @@ Outcome<std::string> Context::db_path() const {
   return chosen->path;
 }
 
+std::optional<std::pair<std::string, std::string>> split_assignment(const std::string& word) {
+  const auto equals = word.find('=');
+  if (equals == 0 || equals == word.npos || equals + 1 == word.size()) return std::nullopt;
+  return std::pair(word.substr(0, equals), word.substr(equals + 1));
+}
+
 Outcome<ParameterValues> parse_assignments(const std::string& protocol,
                                            const std::vector<std::string>& words) {
   ParameterValues out;
   for (const auto& word : words) {
-    const auto equals = word.find('=');
-    if (equals == 0 || equals == std::string::npos || equals + 1 == word.size()) {
+    auto one = split_assignment(word);
+    if (!one) {
       return Failure(
           kUsage, fmt::format("-p {}: expected name=value, like -p cycles=5", word),
           next_command(GlobalOptions(), {"protocol", "show", protocol}, "lists its parameters"));
     }
-    const auto name = word.substr(0, equals);
-    if (!out.emplace(name, word.substr(equals + 1)).second) {
+    if (!out.insert(std::move(*one)).second) {
+      const auto name = word.substr(0, word.find('='));
       return Failure(kUsage, fmt::format("-p {}: was given twice", name), "give it once");
     }
   }

@@ -24,7 +24,8 @@ using nlohmann::json;
 
 namespace {
 
-constexpr auto kTaking = std::chrono::seconds(15);  // of a daemon that accepts or reads nothing
+// How long a daemon may take to accept a connection, or to read what was sent.
+constexpr auto kTaking = std::chrono::seconds(15);
 
 Failure unreachable(const std::string& path, const std::string& why) {
   Failure out(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),

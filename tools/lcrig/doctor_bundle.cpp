@@ -15,6 +15,7 @@
 #include "base/program_version.hpp"
 #include "base/strict_json.hpp"
 #include "base/whole_file.hpp"
+#include "base/wire_log_name.hpp"
 #include "storage/backup.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/output_file.hpp"
@@ -41,8 +42,8 @@ std::vector<fs::path> newest_logs(const std::string& directory, bool of_runs) {
   std::vector<std::pair<fs::file_time_type, fs::path>> logs;
   std::error_code unknown;
   for (const auto& entry : fs::directory_iterator(directory, unknown)) {
-    const bool of_look = entry.path().filename().string().find("-looks-") != std::string::npos;
-    if (entry.path().extension() != ".wire" || (!of_look && !of_runs)) continue;
+    const std::string name = entry.path().filename();
+    if (!(of_runs ? is_wire_log(name) : is_wire_log_of_looks(name))) continue;
     logs.emplace_back(entry.last_write_time(unknown), entry.path());
   }
   std::ranges::sort(logs, std::greater());

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "base/doc_page.hpp"
+#include "base/port_url.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/command_output.hpp"
@@ -22,8 +23,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* kMendConfig = "lcrig config check says what is wrong in it";
+
+bool is_serial(const PortUrl& url) {
+  return url.kind == PortKind::path || url.kind == PortKind::usb;
+}
 bool is_serial(const std::string& port) {
-  return port.starts_with("serial:") || port.starts_with("/dev/");
+  const auto url = parse_port_url(port);
+  return url && is_serial(*url);
 }
 
 std::string first_line(const fs::path& file) {
@@ -34,27 +41,23 @@ std::string first_line(const fs::path& file) {
 }
 
 // The USB device of a terminal is some folders above it.
-bool has_usb_ids(const fs::path& device, const std::string& vendor, const std::string& product) {
+bool is_usb_device(const fs::path& device, const PortUrl& url) {
   std::error_code unknown;
   for (auto at = fs::canonical(device, unknown); at.has_relative_path(); at = at.parent_path()) {
     if (!fs::exists(at / "idVendor", unknown)) continue;
-    return first_line(at / "idVendor") == vendor && first_line(at / "idProduct") == product;
+    return first_line(at / "idVendor") == fmt::format("{:04x}", url.usb_vendor) &&
+           first_line(at / "idProduct") == fmt::format("{:04x}", url.usb_product) &&
+           (url.usb_serial.empty() || first_line(at / "serial") == url.usb_serial);
   }
   return false;
 }
 
 // "serial:2184:005f" -> "/dev/ttyUSB0". A path stays as it is. "": no such device is plugged in.
-std::string node_of(const Machine& machine, const std::string& port) {
-  std::string rest = port.starts_with("serial:") ? port.substr(7) : port;
-  if (rest.starts_with('/')) return rest;
-  rest = lower_case(rest);
-  const auto colon = rest.find(':');
-  if (colon == std::string::npos) return "";
-  const auto vendor = rest.substr(0, colon);
-  const auto product = rest.substr(colon + 1, rest.find(':', colon + 1) - colon - 1);
+std::string node_of(const Machine& machine, const PortUrl& url) {
+  if (url.kind == PortKind::path) return url.path;
   std::error_code unknown;
   for (const auto& tty : fs::directory_iterator(machine.root / "sys/class/tty", unknown)) {
-    if (!has_usb_ids(tty.path() / "device", vendor, product)) continue;
+    if (!is_usb_device(tty.path() / "device", url)) continue;
     return "/dev/" + tty.path().filename().string();
   }
   return "";
@@ -105,13 +108,18 @@ Finding look_at_rights(const std::string& about, const fs::path& node, const str
 void look_at_port(const Machine& machine, const std::string& about, const std::string& port,
                   Findings& findings) {
   if (port.empty()) return;
-  if (!is_serial(port)) {
+  const auto url = parse_port_url(port);
+  if (!url) {
+    findings.emplace_back(about, Health::bad, url.error().what, kMendConfig);
+    return;
+  }
+  if (!is_serial(*url)) {
     findings.emplace_back(
         about, Health::ok,
         fmt::format("{}: not opened; lcrig doctor --ask asks through the daemon", printable(port)));
     return;
   }
-  const auto named = node_of(machine, port);
+  const auto named = node_of(machine, *url);
   const auto path = machine.root / fs::path(named).relative_path();
   struct ::stat there{};
   if (named.empty() || ::stat(path.c_str(), &there) != 0) {
@@ -140,7 +148,6 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
 }  // namespace
 
 std::optional<RigConfig> look_at_config(const std::string& file, Findings& findings) {
-  constexpr const char* kMend = "lcrig config check says what is wrong in it";
   if (::access(file.c_str(), R_OK) != 0) {
     const std::string why = std::strerror(errno);  // saved before another system call changes errno
     findings.emplace_back("config", Health::warn, fmt::format("{}: {}", printable(file), why),
@@ -150,7 +157,7 @@ std::optional<RigConfig> look_at_config(const std::string& file, Findings& findi
   const auto plain = require_plain_file(file);
   auto document = plain ? load_json(file) : fail(plain.error());
   if (!document) {
-    findings.emplace_back("config", Health::bad, printable(document.error().what), kMend);
+    findings.emplace_back("config", Health::bad, printable(document.error().what), kMendConfig);
     return std::nullopt;
   }
   const JsonReader root(*document);
@@ -164,7 +171,7 @@ std::optional<RigConfig> look_at_config(const std::string& file, Findings& findi
   }
   out.wire_log_directory = root.optional_string("wire_log_directory").value_or("");
   if (auto read = root.result(); !read) {
-    findings.emplace_back("config", Health::bad, printable(read.error().what), kMend);
+    findings.emplace_back("config", Health::bad, printable(read.error().what), kMendConfig);
     return std::nullopt;
   }
   findings.emplace_back(

@@ -189,7 +189,8 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   if (word == "run" && at + 1 < args.size()) {  // a verb of `runs`
     const auto meant = "runs " + args[at + 1];
     if (std::ranges::any_of(all, [&](const auto& command) { return meant == command->name; })) {
-      return usage(fmt::format("unknown command 'run {}'; did you mean '{}'?", args[at + 1], meant),
+      return usage(fmt::format("unknown command 'run {}'{}", args[at + 1],
+                               guess_words(meant, kGuessAtPrompt)),
                    fmt::format("lcrig {} --help", meant));
     }
   }
@@ -303,8 +304,8 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     }
     if (arg == "--") break;
     if (const auto meant = meant_option(arg, option_names(sub)); !meant.empty()) {
-      return wrong(
-          fmt::format("{} is no option; did you mean '{}'?", arg.substr(0, arg.find('=')), meant));
+      return wrong(fmt::format("{} is no option{}", arg.substr(0, arg.find('=')),
+                               guess_words(meant, kGuessAtPrompt)));
     }
     if (!arg.starts_with('-') || arg.size() < 2) continue;
     if (number_from<double>(arg)) continue;  // a negative number

@@ -331,6 +331,9 @@ TEST(NearWord, NothingIsProposedThatSomebodyMayNotMean) {
   EXPECT_FALSE(nearest_word("bonded", known)) << "two fit";
   EXPECT_EQ(did_you_mean("bonded", known), ", did you mean `bonded_base` or `bonded_laminate`?");
   EXPECT_EQ(did_you_mean("paper", known), ", did you mean `paper-1` or `paper-2`?");
+  EXPECT_EQ(or_comma(did_you_mean("colour", known)), ",");
+  EXPECT_EQ(guess_words("--seed", kGuessAtPrompt), "; did you mean '--seed'?");
+  EXPECT_EQ(or_comma(guess_words(nearest_word("papr-1", known))), ", did you mean `paper-1`?");
   EXPECT_EQ(nearest_word("papr-1", known), "paper-1");
   EXPECT_EQ(nearest_word("cp-d", known), "Cp-D") << "only the capitals differ";
   EXPECT_EQ(nearest_word("PAPER-2", known), "paper-2");

@@ -8,6 +8,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "daemon/rehearse.hpp"
+#include "protocols/plan/check.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -53,6 +56,19 @@ TEST_F(RecordingTest, AMissingFileSaysWhatIsNeeded) {
   const auto r = load_recording(directory_);
   ASSERT_FALSE(r);
   EXPECT_THAT(r.error().what, HasSubstr("frame.csv"));
+}
+
+TEST_F(RecordingTest, APlanIsMadeForWhatARecordingCanDo) {
+  BenchRequest request;
+  request.bench = "replay:" + directory_.string();
+  const auto incomplete = bench_rig(request);
+  ASSERT_FALSE(incomplete);
+  EXPECT_THAT(incomplete.error().what, HasSubstr("lcr.csv"));
+  write("lcr.csv", "t_s,Rp_ohm,Cp_F\n0,1,2\n1,1,2\n");
+  const auto rig = bench_rig(request);
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_FALSE(rig->frame.motion);
+  EXPECT_FALSE(rig->noise) << "only a bench file states it";
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST_F(Corrections, ARunSaysWhatWasKnownWhenItBegan) {
     "short": {"on": false, "made_unix_ns": null, "made_by": null}})"));
   const auto read = parse_corrections(text);
   ASSERT_TRUE(read);
-  EXPECT_EQ(to_json(*read), text);
+  EXPECT_EQ(to_json(*read).dump(), text);
   ASSERT_TRUE(insert_run_end(db_, 1, RunEnd()));
   EXPECT_TRUE(verify_chain(db_, 1).value().intact);
   ASSERT_TRUE(db_.execute("DROP TRIGGER run_no_update; UPDATE run SET correction_json = '{}'"));

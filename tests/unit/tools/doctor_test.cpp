@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/whole_file.hpp"
+#include "base/wire_log_name.hpp"
 #include "storage/database.hpp"
 #include "storage/queue.hpp"
 #include "storage/runs.hpp"
@@ -131,6 +132,8 @@ TEST_F(Doctor, FindsAPortByItsIdsAndWhoHasItOpen) {
   plug_in("2184", "005f");
   EXPECT_THAT(ports_of("serial:2184:005F").back().what, HasSubstr("/dev/ttyUSB0: nobody"));
   EXPECT_EQ(worst_of(ports_of("serial:0403:6001")), Health::bad) << "another device";
+  EXPECT_EQ(worst_of(ports_of("serial:2184:005f:OTHER")), Health::bad) << "another of its kind";
+  EXPECT_THAT(ports_of("serial:2184").back().what, HasSubstr("expected serial:/dev/NAME"));
   open_it("minicom");
   EXPECT_EQ(ports_of("serial:2184:005f").back().health, Health::bad);
   EXPECT_THAT(ports_of("/dev/ttyUSB0").back().what, HasSubstr("minicom (process 123)"));
@@ -477,6 +480,30 @@ TEST_F(DoctorCommandLine, MakesABundleWithoutDataUnlessAsked) {
   EXPECT_LE(cli.run({"doctor", "--bundle", bundle + "-2", "--with-data"}), 2);
   EXPECT_TRUE(fs::exists(unpacked(bundle + "-2") + "/lcrig.db"));
   EXPECT_EQ(cli.run({"doctor", "--with-data"}), kUsage);
+}
+
+// Only the logs of looks contain no measured value.
+TEST_F(DoctorCommandLine, PutsWireLogsOfRunsIntoABundleOnlyWhenAsked) {
+  BundleParts parts;
+  parts.wire_log_directory = cli.dir.file("wires");
+  fs::create_directories(parts.wire_log_directory);
+  const auto of_looks = wire_log_name("lcr", WireLogOf::looks, 5);
+  const auto of_a_run = wire_log_name("lcr", WireLogOf::run, 6);
+  for (const auto& name : {of_looks, of_a_run}) {
+    std::ofstream(parts.wire_log_directory + "/" + name) << "wire-log/1\n";
+  }
+  Machine machine = real_machine();
+  machine.output = [](const std::vector<std::string>&) { return std::optional<std::string>(); };
+  std::ostringstream out, err;
+  Console console(out, err);
+  for (const bool with_data : {false, true}) {
+    parts.with_data = with_data;
+    const auto packed = fmt::format("{}-{}", bundle, with_data);
+    ASSERT_TRUE(write_bundle(console, machine, packed, parts));
+    const auto names = names_in(unpacked(packed));
+    EXPECT_THAT(names, ::testing::Contains(of_looks));
+    EXPECT_EQ(std::ranges::count(names, of_a_run), with_data ? 1 : 0);
+  }
 }
 
 TEST_F(DoctorCommandLine, LeavesNothingBehindWhenABundleFails) {

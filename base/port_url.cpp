@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/port_url.hpp"
+#include "base/port_url.hpp"
 
 #include <algorithm>
 #include <charconv>

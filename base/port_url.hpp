@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parses the names of ports that people write in the configuration, for port.cpp:
+// Parses the names of ports that people write in the configuration. Used by drivers/port.cpp and by
+// `lcrig doctor`:
 //   serial:/dev/ttyUSB0   serial:2184:005f   serial:2184:005f:GWAIHMULA   pty:/dev/pts/4
 //   tcp:host:port   tcp://host:port   tcp://[::1]:port   /dev/ttyUSB0 (a bare path)
 #pragma once

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The frame's capabilities in the row of a run.
+#include "storage/frame_capabilities.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+TEST(StoredCapabilities, AreReadAsTheyWereWritten) {
+  StoredCapabilities rod;
+  rod.weights = true;
+  rod.force_max_N = 20;
+  const std::string text = to_json(rod);
+  EXPECT_EQ(text,
+            R"({"deceleration_m_s2":0.0,"device_stop":false,"force_hold":false,"force_max_N":20.0,)"
+            R"("motion":false,"reaction_s":0.0,"speed_max_m_s":0.0,"travel_max_m":0.0,)"
+            R"("travel_min_m":0.0,"weights":true})");
+  EXPECT_EQ(to_json(parse_capabilities(text)), text);
+}
+
+TEST(StoredCapabilities, OfOldOrOddRowsAreTheDefaults) {
+  for (const char* text : {"{}", "", "[]", "5", R"({"weights": 1})", R"({"weights": null})"}) {
+    EXPECT_FALSE(parse_capabilities(text).weights) << text;
+  }
+  EXPECT_TRUE(parse_capabilities(R"({"weights": true, "travel_max_m": null})").weights);
+}
+
+}  // namespace
+}  // namespace lcrig
