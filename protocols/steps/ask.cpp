@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/decimal.hpp"
 #include "base/either.hpp"
-#include "base/number.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
@@ -22,7 +22,7 @@ constexpr std::size_t kChoicesMax = 20;
 
 // A number in the unit of the question, rounded to twelve digits to remove the error of the factor.
 double in_unit(double si, double to_si) {
-  return number_from<double>(fmt::format("{:.12g}", si / to_si)).value_or(si / to_si);
+  return round_to_digits(si / to_si, 12);
 }
 
 std::string one_line(const JsonReader& r, std::size_t most) {
