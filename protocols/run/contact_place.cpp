@@ -15,7 +15,10 @@ Result<double> ContactPlace::travel_of(const Target& target, const std::string& 
   const double value = setup_.environment.get(target.value);
   if (target.kind == TargetKind::travel) return value;
   if (!travel_m_) {
-    return fail(Errc::invalid_request, "step {}: a gap exists only after find_contact", step_id);
+    return fail(Errc::invalid_request,
+                "step {}: a gap, and the place of contact is not known: find the contact first, or "
+                "state the gap (set_gap)",
+                step_id);
   }
   return *travel_m_ - value;
 }
