@@ -22,8 +22,8 @@ struct FindContactStep {
   };
   static FindContactStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {FrameUse::motion(nullptr, &speed, HoldMode::travel, FrameUse::OnTheWay::nothing),
-            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+    return {FrameUse::motion(nullptr, &speed, HoldMode::travel), kNoReadings, kNoSettings,
+            kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;

@@ -21,8 +21,8 @@ struct RampStep {
   static RampStep parse(const StepReader& r);
   StepFacts facts() const {
     const HoldMode leaves = speed ? HoldMode::travel : HoldMode::force;
-    return {FrameUse::motion(&to, speed ? &*speed : nullptr, leaves, FrameUse::OnTheWay::nothing),
-            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+    return {FrameUse::motion(&to, speed ? &*speed : nullptr, leaves), kNoReadings, kNoSettings,
+            kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;

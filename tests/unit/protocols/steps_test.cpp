@@ -38,11 +38,13 @@ TEST(Steps, ALoopRunsAsOftenAsItCountsOrHasValues) {
   RepeatStep repeat;
   repeat.count = Number(3);
   EXPECT_EQ(repeat.facts().loop->passes(environment), 3);
-  EXPECT_EQ(repeat.facts().loop->sweep(), nullptr);
+  EXPECT_EQ(repeat.facts().loop->repeats(), &repeat.count);
+  EXPECT_EQ(repeat.facts().loop->variable(), nullptr);
   SweepStep sweep;
   sweep.values = {Number(1), Number(2)};
   EXPECT_EQ(sweep.facts().loop->passes(environment), 2);
-  EXPECT_EQ(sweep.facts().loop->count(), nullptr);
+  EXPECT_EQ(sweep.facts().loop->repeats(), nullptr);
+  EXPECT_EQ(sweep.facts().loop->variable(), &sweep.name);
   sweep.count.emplace();
   sweep.count->name = "n";
   EXPECT_EQ(sweep.facts().loop->passes(environment), 4);
@@ -91,9 +93,10 @@ TEST(Steps, ARampLeavesTheControlThatItUsed) {
 TEST(Steps, OnlyAMotionToAForceLoadsACycle) {
   MoveUntilStep move;
   move.until = at(TargetKind::travel, 1e-3);
-  EXPECT_FALSE(move.facts().loads_a_cycle);
+  EXPECT_EQ(move.facts().frame_use, FrameUse::Kind::motion);
   move.until = at(TargetKind::pressure, 1e4);
-  EXPECT_TRUE(move.facts().loads_a_cycle);
+  EXPECT_EQ(move.facts().frame_use, FrameUse::Kind::cycle);
+  EXPECT_TRUE(move.facts().moves);
 }
 
 TEST(Steps, WhatNeedsTheMeterSaysSo) {
