@@ -47,17 +47,17 @@ RunPoint RunParts::point() const {
   return p;
 }
 
-Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
+Task<Result<>> move_to_place(const Target& to, const Number& speed, TimeLimit limit,
                              RunParts& run) {
   auto travel_m = run.contact.travel_of(to, run.log.step_id());
   if (!travel_m) co_return fail(travel_m.error());
-  co_return co_await run.motions.to_travel(*travel_m, run.get(speed), run.get(timeout));
+  co_return co_await run.motions.to_travel(*travel_m, run.get(speed), limit);
 }
 
-Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress) {
-  progress.begin = run.setup.clock.now();
-  const Duration rest = from_seconds(duration_s) - progress.spent;
-  if (rest > Duration::zero()) co_await run.setup.clock.wait_for(rest);
+Task<Result<>> wait_out(double duration_s, RunParts& run, TimeSpent& time) {
+  Clock& clock = run.setup.clock;
+  const MonoTime end = time.begin(clock.now(), from_seconds(duration_s));
+  if (end > clock.now()) co_await clock.wait_until(end);
   co_return Result<>();
 }
 

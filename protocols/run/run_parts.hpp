@@ -60,8 +60,7 @@ struct RunParts {
 
 // Actions shared by several kinds of steps: a motion to a travel or gap, and a wait that continues
 // after a pause.
-Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
-                             RunParts& run);
-Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress);
+Task<Result<>> move_to_place(const Target& to, const Number& speed, TimeLimit limit, RunParts& run);
+Task<Result<>> wait_out(double duration_s, RunParts& run, TimeSpent& time);
 
 }  // namespace lcrig

@@ -224,9 +224,8 @@ Task<Result<>> after_timeout(const Question& question, double patience_s, bool t
 Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunParts& run,
                                AskStep::Progress& progress) {
   Clock& clock = run.setup.clock;
-  progress.begin = clock.now();
-  const Duration rest = std::max(Duration::zero(), from_seconds(patience_s) - progress.spent);
-  const MonoTime until = clock.now() + rest;
+  const MonoTime begin = clock.now();
+  const MonoTime until = progress.time.begin(begin, from_seconds(patience_s));
   const Questions::Wait wait(run.questions, question, run.labels.repeat(), until);
   Result<> said;
   auto answer = respond(run, question, said);
@@ -236,7 +235,7 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
   progress.answered = run.questions.take();
   if (progress.answered || !said) co_return said;
   if (clock.now() < until) co_return fail(Errc::aborted, "the question was withdrawn");
-  auto late = co_await after_timeout(question, patience_s, rest == Duration::zero(), run);
+  auto late = co_await after_timeout(question, patience_s, until == begin, run);
   progress.answered = run.questions.take();
   if (late && !progress.answered) late = fail(Errc::aborted, "the question was withdrawn");
   co_return late;

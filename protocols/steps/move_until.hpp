@@ -17,7 +17,7 @@ struct MoveUntilStep {
   std::optional<Number> overshoot;  // N allowed beyond the target; plan and run refuse a larger one
   Number timeout;  // s
 
-  using Progress = StepProgress;
+  using Progress = RemembersTime;
   static MoveUntilStep parse(const StepReader& r);
   StepFacts facts() const {
     return {is_force(until) ? FrameUse::cycle(until, speed, HoldMode::travel)

@@ -12,7 +12,7 @@ struct RepeatStep {
   Number count;
   Steps steps;
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static RepeatStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(*this)};

@@ -15,7 +15,7 @@ struct SweepStep {
   std::optional<Number> from, to, count;
   Steps steps;
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static SweepStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(*this)};

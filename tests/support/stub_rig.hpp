@@ -67,6 +67,7 @@ class StubFrame final : public LoadFrame {
   double noise_N = 0;  // added to every other sample
   Duration sample_period = std::chrono::milliseconds(100);
   bool never_ends = false;  // motions do not end
+  Duration motion_lasts{};
   std::optional<std::string> zero_of;  // origin
   std::vector<std::string> commands;  // those it was given
 
@@ -143,6 +144,7 @@ class StubFrame final : public LoadFrame {
     MotionOutcome outcome = motion_says;
     travel_m = motion_says.travel_m.value_or(to_m);
     outcome.travel_m = shown_m();
+    if (motion_lasts > Duration::zero()) co_await clock_.wait_for(motion_lasts);
     outcome.force_N = felt_N();
     co_return outcome;
   }

@@ -28,17 +28,17 @@ class Parts : public RunFixture {
     Target to;
     to.kind = kind;
     to.value = Number(value);
-    const Number speed(1e-3), timeout(60);
-    return run(move_to_place(to, speed, timeout, parts()));
+    const Number speed(1e-3);
+    return run(move_to_place(to, speed, 60, parts()));
   }
   // True if the wait ended by itself within `patience`.
-  bool waits_out(double duration_s, WaitProgress& progress, Duration patience) {
-    return run(wait_beside(duration_s, progress, patience)) == 0;
+  bool waits_out(double duration_s, TimeSpent& time, Duration patience) {
+    return run(wait_beside(duration_s, time, patience)) == 0;
   }
 
  private:
-  Task<std::size_t> wait_beside(double duration_s, WaitProgress& progress, Duration patience) {
-    auto r = co_await either(wait_out(duration_s, parts(), progress), clock.wait_for(patience));
+  Task<std::size_t> wait_beside(double duration_s, TimeSpent& time, Duration patience) {
+    auto r = co_await either(wait_out(duration_s, parts(), time), clock.wait_for(patience));
     co_return r.index();
   }
 };
@@ -65,37 +65,38 @@ TEST_F(Parts, DoNotMoveToAGapOfAnUnknownContact) {
 }
 
 TEST_F(Parts, WaitForTheWholeTime) {
-  WaitProgress progress;
+  TimeSpent time;
   const MonoTime begun = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now() - begun, 10s);
 }
 
 TEST_F(Parts, WaitForTheRestAfterAnInterruption) {
-  WaitProgress progress;
-  EXPECT_FALSE(waits_out(10, progress, 4s));
-  progress.interrupt(clock.now());
+  TimeSpent time;
+  EXPECT_FALSE(waits_out(10, time, 4s));
+  time.end(clock.now());
   clock.run_for(io, 100s);  // the pause does not count
   const MonoTime again = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now() - again, 6s);
 }
 
 TEST_F(Parts, WaitNoLongerWhenTheTimeIsOver) {
-  WaitProgress progress;
-  progress.spent = 11s;
+  TimeSpent time;
+  time.begin(clock.now() - 11s, 10s);
+  time.end(clock.now());
   const MonoTime begun = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now(), begun);
 }
 
 TEST_F(Parts, WaitForTheWholeTimeWhenTheStepBeginsAgain) {
-  WaitProgress progress;
-  EXPECT_FALSE(waits_out(10, progress, 4s));
-  progress.interrupt(clock.now());
-  progress.begin_again(parts());
+  TimeSpent time;
+  EXPECT_FALSE(waits_out(10, time, 4s));
+  time.end(clock.now());
+  time.forget();
   const MonoTime again = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now() - again, 10s);
 }
 
