@@ -16,9 +16,10 @@ Duration stale_after(double rate_Hz) {
 
 }  // namespace
 
-RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<void()> look,
-                   Sampler::Hooks sampled)
+RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environment& v,
+                   std::function<void()> look, Sampler::Hooks sampled)
     : setup(s),
+      values(v),
       pressing(s.pressing ? &*s.pressing : nullptr),
       progress(s),
       log(s.clock, s.sink),
@@ -26,14 +27,14 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
       guard(s.limits, stale_after(s.frame_rate_Hz)),
       view(s, log),
       truth(s, log, guard, pressing, view),
-      contact(s, guard, truth),
+      contact(s, v, guard, truth),
       drive(s, log, interrupts, guard, truth, contact),
       distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
       motions(s, log, guard, pressing, view, truth, contact, drive),
-      labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
+      labels(v, s.probe_area_m2, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)),
       questions(executor, log),
-      stops(s.environment, log) {}
+      stops(v, log) {}
 
 RunPoint RunParts::point() const {
   RunPoint p;

@@ -253,7 +253,7 @@ Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   if (progress.answered) co_return co_await run.drive.restore_hold();
   auto still = co_await keep_still(run);
   if (!still) co_return still;
-  const Question asked = question(run.log.step_id(), run.setup.environment);
+  const Question asked = question(run.log.step_id(), run.values);
   run.event(EventKind::prompt, prompt_words(asked));
   std::optional<ProgressKeeper::During> waiting(std::in_place, run.progress,
                                                 RunState::waiting_for_operator);

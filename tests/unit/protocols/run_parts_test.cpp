@@ -120,9 +120,29 @@ TEST_F(Parts, PointSaysWhereARunWouldGoOn) {
 TEST_F(Parts, PointLetsLevelsCountOn) {
   parts().labels.next("s", 5, clock.now());
   const LoadLevel second = parts().labels.next("s", 5, clock.now());
-  LevelLabels later(setup().environment, std::nullopt, 9.81);
+  LevelLabels later(values, std::nullopt, 9.81);
   later.take_from(parts().point());
   EXPECT_EQ(later.next("s", 5, clock.now()).level, second.level + 1);
+}
+
+// Only the cursors of the run write the values; the setup keeps the parameters.
+static_assert(std::is_same_v<decltype(RunParts::values), const Environment&>);
+static_assert(std::is_same_v<decltype(RunParts::setup), const RunSetup&>);
+
+TEST_F(Parts, SeeTheVariableOfASweepInEachPass) {
+  Target force;
+  force.kind = TargetKind::force;
+  force.value.name = "f_N";
+  Target gap = force;
+  gap.kind = TargetKind::gap;
+  parts().contact.place(6e-3, 0);
+  for (const double value : {1e-3, 2e-3}) {
+    values.set("f_N", value);
+    EXPECT_EQ(parts().get(force.value), value);
+    EXPECT_EQ(parts().labels.force_of(force), value);
+    EXPECT_DOUBLE_EQ(parts().contact.travel_of(gap, "r").value(), 6e-3 - value);
+  }
+  EXPECT_TRUE(setup().environment.values().empty());
 }
 
 TEST_F(Parts, NeedForceUntilTheRunEnds) {

@@ -45,8 +45,7 @@ class GoOn : public RunFixture {
     feed();
   }
   Result<> pass() {
-    Environment environment;
-    StepCursor cursor(protocol.steps, environment);
+    StepCursor cursor(protocol.steps, values);
     return run(take_over.pass_done_steps(cursor));
   }
 
