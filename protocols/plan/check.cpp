@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/plan/check.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lcrig {
@@ -24,6 +25,11 @@ Aperture usable_aperture(const LcrSettings& settings, const LcrCapabilities& cap
 std::optional<double> force_noise_N(const Rig& rig) {
   if (rig.force_noise_N || !rig.noise) return rig.force_noise_N;
   return rig.noise->force_N;
+}
+
+double sure_force_noise_N(const Rig& rig) {
+  const double seen_N = rig.force_scatter ? rig.force_scatter->sure_noise_N() : 0;
+  return std::max(seen_N, force_noise_N(rig).value_or(0));
 }
 
 double target_force_N(const Target& target, const Environment& env, const Rig& rig) {

@@ -82,6 +82,7 @@ double reading_interval_s(const LcrSettings& settings, const LcrCapabilities& ca
 Words check_capability(const Step& step, const FrameCapabilities& caps);
 
 std::optional<double> force_noise_N(const Rig& rig);
+double sure_force_noise_N(const Rig& rig);  // surely not less; 0: unknown
 double target_force_N(const Target& target, const Environment& env, const Rig& rig);
 
 }  // namespace lcrig

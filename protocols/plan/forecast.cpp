@@ -9,6 +9,8 @@ namespace lcrig {
 namespace {
 
 constexpr double kHostLatency_s = 0.020;  // to see a sample and send STOP
+constexpr int kFilterTimes = 3;
+constexpr Duration kOnItsWay = std::chrono::milliseconds(200);  // a sample, at the longest
 constexpr double kSilence_s = 1.02;  // until a gateway that hears nothing stops, including its 20
                                      // ms
 
@@ -29,6 +31,10 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
   if (!(a > 0)) return tau > 0 ? way_m / tau : std::numeric_limits<double>::infinity();
   // The root of v tau + v^2/2a = way, in the form without cancellation.
   return 2 * way_m / (tau + std::sqrt(tau * tau + 2 * way_m / a));
+}
+
+Duration shown_after(const FrameCapabilities& caps) {
+  return kFilterTimes * caps.reaction + kOnItsWay;
 }
 
 Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/watch/rest.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -26,6 +28,10 @@ bool exceeds(double v, double max) {
 
 double least_trip_N(const FrameCapabilities& caps, double noise_N) {
   return std::max(1e-3 * caps.force_max.si(), 6 * noise_N);
+}
+
+double largest_end_N(double limit_N, double noise_N) {
+  return limit_N - kSampleSigmas * noise_N;
 }
 
 void BoundLimits::place_contact(double contact_travel_m) {

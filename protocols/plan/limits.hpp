@@ -16,6 +16,11 @@ bool exceeds(double v, double max);
 // cell would stop it. `noise_N`: standard deviation of a sample.
 double least_trip_N(const FrameCapabilities& caps, double noise_N);
 
+// The largest force that a motion may be planned to end at. The guard ends a run at the first
+// sample beyond the limit, so the noise of the cell needs room below it, at least as far as chance
+// reaches (kSampleSigmas). `noise_N` as above, and surely not less.
+double largest_end_N(double limit_N, double noise_N);
+
 // The limits in SI, with their parameters bound. Travel and gap each have both ends or none.
 struct BoundLimits {
   double force_min_N = 0, force_max_N = 0;  // those of the cell if the protocol states none

@@ -51,13 +51,13 @@ Refusal PlannedMotion::too_fast(const std::string& why, const Number& speed, dou
 
 Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Number& speed,
                                   const Number& target) {
-  const double limit = rig_.limits().force_max_N, none = rig_.felt_N(0);
+  const double most = rig_.proposed_end_N(), none = rig_.felt_N(0);
   const double v = speed_of(speed), slowest = std::max(rig_.frame().speed_min.si(), 1e-6);
   const auto largest = [&](double speed_m_s) {
     double good = none, bad = felt;
     for (int i = 0; i < 40; ++i) {
       const double middle = 0.5 * (good + bad);
-      (exceeds(rig_.stop_N(middle, speed_m_s), limit) ? bad : good) = middle;
+      (exceeds(rig_.stop_N(middle, speed_m_s), most) ? bad : good) = middle;
     }
     return good;
   };
@@ -75,12 +75,12 @@ Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Num
 // and on the one that the specimen's model expects.
 void PlannedMotion::check_stop(double felt, const Number& speed,
                                const std::optional<Number>& allowed, const Number* target) {
-  const double v = speed_of(speed), limit = rig_.limits().force_max_N;
+  const double v = speed_of(speed), limit = rig_.limits().force_max_N, most = rig_.largest_end_N();
   double worst = rig_.stop_N(felt, v);
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const double measured =
       rig_.can_be_measured() ? rig_.forecast().stop_if_measured_N(felt, v).value_or(kNone) : kNone;
-  if (exceeds(worst, limit) && !exceeds(measured, limit)) {
+  if (exceeds(worst, most) && !exceeds(measured, most)) {
     worst = measured;
     add_remark(out_.note, "if the stiffness that is measured at contact allows it");
     rig_.assume(
@@ -88,19 +88,17 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
                     "contact, else nothing is pressed faster than the stiffest contact allows",
                     Forecast::growth_margin()));
   }
-  if (exceeds(worst, limit)) {
-    // The guard of a run does not know noise from force, so the speed leaves room for noise.
-    const double noise = kNoiseSigmas * force_noise_N(rig_.known()).value_or(0);
-    const double most = felt < limit - noise ? limit - noise : limit;
+  if (exceeds(worst, most)) {
+    const double end = rig_.proposed_end_N();
     const double fastest = rig_.can_be_measured()
-                               ? std::max(rig_.forecast().fastest_m_s(felt, most),
-                                          rig_.forecast().fastest_if_measured_m_s(felt, most))
-                               : rig_.forecast().fastest_m_s(felt, most);
+                               ? std::max(rig_.forecast().fastest_m_s(felt, end),
+                                          rig_.forecast().fastest_if_measured_m_s(felt, end))
+                               : rig_.forecast().fastest_m_s(felt, end);
     const std::string why = fmt::format(
         "{:.4g} mm/s to {:.4g} N may end at {} N on a contact of up to {:.3g} N/mm, "
-        "the limit is {:.4g} N",
+        "{}",
         v * 1e3, felt, more_than(limit, worst), rig_.forecast().bound().stiffness_N_m(worst) * 1e-3,
-        limit);
+        rig_.limit_text());
     const bool is_too_slow = fastest <= 0 || fastest < rig_.frame().speed_min.si();
     out_.refuse(target && is_too_slow && rig_.forecast().bound().is_bounded()
                     ? too_strong(why, felt, speed, *target)
@@ -132,7 +130,7 @@ void PlannedMotion::check_expected(double force, const Number& speed,
 // Checks a travel inside the specimen. The device gets a force at which it stops, so that it cannot
 // exceed the limit. That force must be larger than the force that the travel is expected to need.
 void PlannedMotion::check_pressing(double depth, const Target& to, const Number& speed) {
-  const double v = speed_of(speed), limit = rig_.limits().force_max_N;
+  const double v = speed_of(speed), limit = rig_.limits().force_max_N, most = rig_.largest_end_N();
   // Gap zero is where the search stood, and the specimen is pressed there already.
   const auto worst_N = [&](double deep) {
     return rig_.forecast().bound().force_after_N(rig_.contact_N(), deep);
@@ -142,7 +140,7 @@ void PlannedMotion::check_pressing(double depth, const Target& to, const Number&
            least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
   };
   const double worst = worst_N(depth);
-  if (!exceeds(worst, limit)) return rig_.foresee(worst, v);
+  if (!exceeds(worst, most)) return rig_.foresee(worst, v);
   const double needed = needed_N(depth), trip = rig_.forecast().trip_N(v, limit);
   if (trip >= needed) return rig_.foresee(limit, v);
   const std::string why = fmt::format(
@@ -153,7 +151,8 @@ void PlannedMotion::check_pressing(double depth, const Target& to, const Number&
   double good = 0, bad = depth;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (good + bad);
-    (exceeds(worst_N(middle), limit) && trip < needed_N(middle) ? bad : good) = middle;
+    (exceeds(worst_N(middle), rig_.proposed_end_N()) && trip < needed_N(middle) ? bad : good) =
+        middle;
   }
   const bool is_too_slow = fastest <= 0 || fastest < rig_.frame().speed_min.si();
   if (!is_too_slow || !(good > 0)) return out_.refuse(too_fast(why, speed, fastest, false));

@@ -70,6 +70,19 @@ void PlannedRig::find_contact(double rise_N, double speed_m_s) {
   if (placed_) limits_.place_contact(contact_);
 }
 
+double PlannedRig::largest_end_N() const {
+  return lcrig::largest_end_N(limits_.force_max_N, sure_force_noise_N(rig_));
+}
+
+std::string PlannedRig::limit_text() const {
+  const double limit_N = limits_.force_max_N, noise_N = limit_N - largest_end_N();
+  std::string text = fmt::format("the limit is {:.4g} N", limit_N);
+  if (noise_N > 1e-4 * limit_N) {
+    text += fmt::format(" less {:.2g} N for the noise of the cell", noise_N);
+  }
+  return text;
+}
+
 double PlannedRig::travel_at(double force) const {
   return contact_ + (rig_.compression_m && force > 0 ? rig_.compression_m(force) : 0);
 }

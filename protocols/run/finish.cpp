@@ -47,7 +47,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   co_await run_.drive.stop();
   if (losses_.frame_away() != nullptr) co_await losses_.bring_frame_back();
   co_await stop_for(stop);
-  run_.guard.allow_return(run_.truth.noise_N());
+  run_.guard.allow_return(run_.truth.sure_noise_N());
   const bool clears = may_clear(stop && stop->kind == Interrupt::freeze);
   if (clears) co_await run_finally();
   run_.guard.expect_standstill();

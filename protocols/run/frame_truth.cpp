@@ -15,7 +15,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kDriftSigmas = 6;  // never reached by chance, however many samples there are
 // A specimen relaxes while it is pressed slowly, and gives back less than it took.
 constexpr double kMayRelax = 0.3, kMayGiveBack = 0.05;  // as parts of the felt force
 constexpr double kLeastOfLimit = 0.02;
@@ -93,14 +92,15 @@ Plausibility::Motion FrameTruth::motion_now(double direction, double speed_m_s) 
   const double felt_N = std::abs(m.force_N - m.rest_N);
   // The force of a frame that hunts in contact varies by more than the noise of its cell.
   const double noise_N =
-      std::max({this->noise_N(), view_.wavers_N(), plausible_ ? plausible_->wavers_N() : 0});
-  const double least_N = std::max(kDriftSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
+      std::max({sure_noise_N(), view_.wavers_N(), plausible_ ? plausible_->wavers_N() : 0});
+  const double least_N =
+      std::max(kDifferenceSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
   m.against_N = least_N + (direction > 0 ? kMayRelax : kMayGiveBack) * felt_N + zero_doubt_N();
   m.drift_N_s = drift_N_s_;
-  m.late_s = to_seconds(setup_.frame.capabilities().reaction);
+  m.shown_after = shown_after(setup_.frame.capabilities());
   if (direction > 0) {  // pressing a specimen never makes it pull
     const double room_N = m.force_N - guard_.limits().force_min_N;
-    m.against_N = std::min(m.against_N, std::max(room_N, kDriftSigmas * noise_N));
+    m.against_N = std::min(m.against_N, std::max(room_N, kDifferenceSigmas * noise_N));
   }
   return m;
 }

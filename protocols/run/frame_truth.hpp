@@ -4,6 +4,7 @@
 // steps tell it the orders to the frame.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -42,6 +43,8 @@ class FrameTruth {
   const std::optional<Rest>& rest() const { return rest_; }  // follows the drift of the cell
   double rest_N() const { return rest_ ? rest_->force_N() : 0; }
   double noise_N() const { return rest_ ? rest_->scatter_N() : 0; }
+  // The same for what is compared with every sample: of all looks, and never too small by chance.
+  double sure_noise_N() const { return std::max(noise_N(), scatter_.sure_noise_N()); }
   // The force that the cell shows when certainly nothing presses.
   double bare_N() const { return (bare_ ? bare_->force_N() : 0) - moved_zero_N_; }
   // True until the cell's digits were seen to change. No motion may press before that.

@@ -83,20 +83,25 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
   auto ready = co_await ready_for(permit);
   if (!ready) co_return fail(ready.error());
   if (pressing_ != nullptr) pressing_->begin(permit);
+  if (permit.presses) order.motion.worst_N = permit.worst_N;
   auto outcome = co_await timed(order, std::move(motion), limit);
   if (pressing_ == nullptr || !outcome) co_return outcome;
   auto true_word = co_await truth_.believe(order, *outcome);
   if (!true_word) co_return fail(true_word.error());
-  const auto seen = pressing_->end(*outcome, truth_.noise_N());
+  const auto seen = pressing_->end(*outcome, truth_.sure_noise_N());
   if (!seen) co_return outcome;
-  if (seen->exceeded) {
-    log_.event(seen->event<EventKind::overshoot_exceeded>());
-  } else {
-    log_.event(seen->event<EventKind::overshoot>());
-  }
+  tell(*seen);
   if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
   co_return fail(Errc::limit_tripped, "step {}: the force went to {:.4f} N, the limit is {:.4f} N",
                  log_.step_id(), seen->observed_N, guard_.force_max_N());
+}
+
+void Motions::tell(const Pressing::Comparison& seen) const {
+  if (seen.exceeded) {
+    log_.event(seen.event<EventKind::overshoot_exceeded>());
+  } else {
+    log_.event(seen.event<EventKind::overshoot>());
+  }
 }
 
 // A motion that presses needs a cell that was seen to be alive.

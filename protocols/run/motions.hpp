@@ -53,6 +53,9 @@ class Motions {
   Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, TimeLimit limit,
                                           std::optional<Search> search);
 
+  // Writes the event of a motion that stopped at a force.
+  void tell(const Pressing::Comparison& seen) const;
+
   bool in_motion() const { return in_motion_; }
   double last_speed_m_s() const { return last_speed_m_s_; }  // of the last requested motion
 

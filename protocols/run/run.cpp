@@ -84,7 +84,9 @@ void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
 void Run::on_samples(std::span<const FrameSample> samples) {
   setup_.sink.samples(samples);
   parts_.view.add(samples);
-  if (setup_.pressing) setup_.pressing->add(samples);
+  if (setup_.pressing) {
+    if (const auto late = setup_.pressing->add(samples)) parts_.motions.tell(*late);
+  }
   losses_.judge_age(samples);
   for (const FrameSample& s : samples) {
     if (parts_.drive.prepared()) parts_.distrust.judge(s);

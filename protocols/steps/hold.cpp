@@ -58,14 +58,13 @@ StepPlan HoldStep::plan(PlannedRig& rig) const {
   if (by_loop) check_force_loop(force_N, rig, out);
   if (!by_loop || out.why) return out;
   const ForceLoop& loop = *caps.force_loop;
-  const double limit_N = rig.limits().force_max_N;
   const double worst_N = rig.felt_N(std::max(force_N, before_N)) + loop.ripple.si() +
                          (force_N > before_N ? loop.rate_max.si() * to_seconds(loop.lag) : 0);
-  if (exceeds(worst_N, limit_N)) {
+  if (exceeds(worst_N, rig.largest_end_N())) {
     out.refuse(
-        Refusal(fmt::format("holding {:.4g} N may end at {:.3g} N, the limit is {:.4g} N: "
-                            "ramp to the force first, or hold the travel",
-                            force_N, worst_N, limit_N)));
+        Refusal(fmt::format("holding {:.4g} N may end at {:.3g} N, {}: ramp to the force first, or "
+                            "hold the travel",
+                            force_N, worst_N, rig.limit_text())));
   } else {
     rig.foresee(worst_N, 0);
   }
@@ -84,6 +83,7 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
   if (broken && *force_N > most_N) {
     co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(), *run.pressing->broken());
   }
+  if (run.pressing != nullptr) run.pressing->leave_to_loop();
   auto held = co_await run.drive.hold_force(*force_N);
   run.drive.will_hold(*force_N);
   co_return held;

@@ -39,7 +39,7 @@ void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan&
   if (out.why) return;
   const ForceLoop& loop = *rig.frame().force_loop;
   const Number& rate = *step.force_rate;
-  const double r = rig.get(rate), limit = rig.limits().force_max_N;
+  const double r = rig.get(rate), limit = rig.largest_end_N(), end = rig.proposed_end_N();
   if (exceeds(r, loop.rate_max.si())) {
     return out.refuse(Refusal(
         fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
@@ -53,16 +53,15 @@ void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan&
   }
   add_remark(out.note, fmt::format("{:.3g} N at worst", worst));
   if (!exceeds(worst, limit)) return rig.foresee(worst, loop.approach.si());
-  const double fastest = rig.forecast().fastest_ramp_N_s(felt, limit);
-  const std::string why =
-      fmt::format("{:.4g} N/s to {:.4g} N may end at {:.3g} N, the limit is {:.4g} N", r, force_N,
-                  worst, limit);
+  const double fastest = rig.forecast().fastest_ramp_N_s(felt, end);
+  const std::string why = fmt::format("{:.4g} N/s to {:.4g} N may end at {:.3g} N, {}", r, force_N,
+                                      worst, rig.limit_text());
   if (fastest > 0 && fastest < r) {
     return out.refuse(Refusal(fmt::format("{}: at most {:.3g} N/s", why, fastest),
                               at_most(rate, fastest, rig.asked())));
   }
   if (fastest <= 0) {
-    const double most = limit - rig.felt_N(0) - loop.ripple.si();
+    const double most = end - rig.felt_N(0) - loop.ripple.si();
     return out.refuse(Refusal(
         fmt::format("{}: at most {:.4g} N, for a held force may be off by its ripple of {:.2g} N",
                     why, most, loop.ripple.si()),

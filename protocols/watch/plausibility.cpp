@@ -43,7 +43,7 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
   press.relaxes_N_s = relaxes_N_s();
   press.holds = motion.holds;
   press_.begin(press, now);
-  shown_ = (state_ == State::standing ? since_ : now) + from_seconds(motion.late_s) + kOnTheWay;
+  see_end_of_motion(now);
   state_ = State::moving;
   motion_ = motion;
   since_ = now;
@@ -56,6 +56,7 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
 }
 
 void Plausibility::stand(MonoTime now, std::optional<double> travel_m) {
+  see_end_of_motion(now);
   // The reported place of standstill is compared with the next samples, even if a new order has
   // come by then.
   if (travel_m || state_ != State::standing) said_m_ = travel_m;
@@ -69,7 +70,22 @@ void Plausibility::stand(MonoTime now, std::optional<double> travel_m) {
   wavers_N2_ = 0;
 }
 
+void Plausibility::see_end_of_motion(MonoTime now) {
+  const auto worst_N = std::exchange(motion_.worst_N, std::nullopt);
+  if (!worst_N) return;
+  follows_to_N_ = *worst_N;
+  follows_until_ = now + motion_.shown_after;
+}
+
+// A motion away that begins while the cell's filter still follows the last one: the force shown may
+// rise to what that motion can have reached, and it counts as the force at the beginning.
+void Plausibility::follow_filter(MonoTime t, double force_N) {
+  if (motion_.direction >= 0 || t > follows_until_) return;
+  motion_.force_N = std::max(motion_.force_N, std::min(force_N, follows_to_N_));
+}
+
 void Plausibility::zero_force(MonoTime now) {
+  follows_until_ = MonoTime();
   zeroed_ = now;
   recent_.clear();
 }
@@ -176,6 +192,7 @@ std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
 std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_N) {
   if (!force_believed_) return std::nullopt;
   if (!std::exchange(motion_.force_known, true)) motion_.force_N = force_N;
+  follow_filter(t, force_N);
   const double allowed_N = motion_.against_N + motion_.drift_N_s * to_seconds(t - since_);
   // Compares with the largest force that two consecutive samples of this motion reached.
   const double felt_N = std::min(force_N, before_N_.value_or(force_N));
@@ -194,10 +211,7 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
-  // The frame may move away before the cell has shown all of the force that it pressed with. Once
-  // the force falls, it has.
-  if (force_N < limit_N) shown_ = MonoTime::min();
-  if (motion_.direction < 0 && t <= shown_) motion_.force_N = std::max(motion_.force_N, force_N);
+  if (force_N < limit_N) follows_until_ = MonoTime();  // it falls, so the filter has followed
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
   const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {

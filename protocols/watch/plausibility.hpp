@@ -48,10 +48,12 @@ class Plausibility {
     // while moving away; and its growth with time, for a cell that is known to drift.
     double against_N = 0, drift_N_s = 0;
     double waver_N = 0;  // of a force loop, to either side
-    // The cell may show a force this late (its filter, the controller): the reaction of CAPS.
-    double late_s = 0;
     std::optional<double> target_m;  // end of the motion; a servo may overshoot it and come back
     bool holds = false;  // holds a force until the next order
+    // The largest force that was predicted for it; nullopt: it does not press. The cell may show it
+    // only some time after the frame stands.
+    std::optional<double> worst_N;
+    Duration shown_after{};
   };
   // The order is being sent; from now on the frame may move.
   void begin(const Motion& motion, MonoTime now);
@@ -92,6 +94,8 @@ class Plausibility {
   std::optional<Contradiction> check_stillness(const FrameSample& sample);
   std::optional<Contradiction> check_step(MonoTime t, double force_N);
   void learn_digit(std::optional<double> travel_m);
+  void see_end_of_motion(MonoTime now);
+  void follow_filter(MonoTime t, double force_N);
   double stall_s() const;
   std::optional<double> relaxes_N_s() const;
   void see_relaxation(MonoTime t, double force_N);
@@ -103,11 +107,13 @@ class Plausibility {
   bool force_believed_ = true;
   Motion motion_;
   MonoTime since_{};  // start of this state
-  MonoTime shown_{};  // from here on the cell shows what the motion before this one did
   MonoTime zeroed_{};  // when the force was last zeroed
   std::optional<double> furthest_m_;  // of this motion, in its direction
   std::optional<double> peak_N_, before_N_;  // of this motion: largest force; previous force
   int fallen_ = 0;  // consecutive forces far below the peak
+  // Until then the force of the last motion that pressed may still rise to this.
+  MonoTime follows_until_{};
+  double follows_to_N_ = 0;
   PressWatch press_;
   struct Mark {
     Mark() = default;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kClass = 0.01;  // of the force: error of a cell of class 1
 
 bool is_beyond(double observed_N, double predicted_N, double noise_N) {
-  return observed_N > predicted_N * (1 + kClass) + kNoiseSigmas * noise_N;
+  return observed_N > predicted_N * (1 + kClass) + kSampleSigmas * noise_N;
 }
 
 }  // namespace
@@ -126,14 +126,45 @@ void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
   digit_.begin();
+  if (permit.presses) late_.reset();
 }
 
-void Pressing::add(std::span<const FrameSample> samples) {
-  if (!open_) return;
+std::optional<Pressing::Comparison> Pressing::add(std::span<const FrameSample> samples) {
+  std::optional<Comparison> late;
   for (const FrameSample& s : samples) {
+    if (late_ && !late) late = add_late(s);
+    if (!open_) continue;
     if (s.travel_m) digit_.add(*s.travel_m);
     if (s.force_N) peak_N_ = std::max(peak_N_.value_or(*s.force_N), *s.force_N);
   }
+  return late;
+}
+
+std::optional<Pressing::Comparison> Pressing::add_late(const FrameSample& sample) {
+  if (!late_->until) late_->until = sample.received + shown_after(caps_);
+  const bool over = sample.received > *late_->until;
+  if (!over) late_->peak_N = std::max(late_->peak_N, sample.force_N.value_or(0));
+  if (!is_beyond(late_->peak_N, late_->first.observed_N, late_->noise_N)) {
+    if (over) late_.reset();
+    return std::nullopt;
+  }
+  Comparison c = late_->first;
+  c.observed_N = late_->peak_N;
+  judge(c, late_->noise_N);
+  if (!over && !c.exceeded) return std::nullopt;
+  const bool told = std::exchange(late_, std::nullopt)->told;
+  if (!told && !c.exceeded) return std::nullopt;
+  return c;
+}
+
+// Once a prediction was exceeded, nothing is pressed any more.
+void Pressing::judge(Comparison& c, double noise_N) {
+  c.exceeded = is_beyond(c.observed_N, c.predicted_N, noise_N);
+  if (!c.exceeded) return;
+  broken_ = fmt::format(
+      "the force went to {:.4f} N where at most {:.4f} N was predicted: specimen or frame are not "
+      "what they were said to be, and nothing is pressed any more",
+      c.observed_N, c.predicted_N);
 }
 
 std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, double noise_N) {
@@ -146,16 +177,10 @@ std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, 
   c.predicted_N = permit->worst_N;
   c.expected_N = permit->expected_N;
   c.observed_N = *peak_N_;
-  c.exceeded = is_beyond(c.observed_N, c.predicted_N, noise_N);
+  judge(c, noise_N);
   const bool there = permit->threshold_N && outcome.reason == MotionEnd::target;
+  if (!c.exceeded) late_.emplace(c, noise_N, there);
   if (!there && !c.exceeded) return std::nullopt;
-  if (c.exceeded) {
-    broken_ = fmt::format(
-        "the force went to {:.4f} N where at most {:.4f} N was predicted: specimen or frame are "
-        "not "
-        "what they were said to be, and nothing is pressed any more",
-        c.observed_N, c.predicted_N);
-  }
   return c;
 }
 

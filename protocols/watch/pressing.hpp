@@ -59,11 +59,6 @@ class Pressing {
   void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
 
-  // A motion begins. Every sample until `end` belongs to it.
-  void begin(const Permit& permit);
-  void add(std::span<const FrameSample> samples);
-  // The last digit of the travel, as seen in motions; 0: unknown.
-  double travel_digit_m() const { return digit_.digit_m(); }
   struct Comparison {
     double threshold_N = 0, predicted_N = 0, observed_N = 0;
     std::optional<double> expected_N;
@@ -73,6 +68,17 @@ class Pressing {
       return {threshold_N, predicted_N, expected_N, observed_N};
     }
   };
+  // A motion begins. Every sample until `end` belongs to it.
+  void begin(const Permit& permit);
+  // The cell may show the largest force only after the end, so the samples of the next
+  // shown_after() are compared, too, until a motion presses again. Returns a second comparison if
+  // they show clearly more than the first one said: at once if that is more than was predicted,
+  // else when the time is over.
+  std::optional<Comparison> add(std::span<const FrameSample> samples);
+  // The force loop may raise the force from now on, so it tells nothing of the last motion.
+  void leave_to_loop() { late_.reset(); }
+  // The last digit of the travel, as seen in motions; 0: unknown.
+  double travel_digit_m() const { return digit_.digit_m(); }
   // nullopt: there is nothing to compare, because the motion was not meant to stop at a force, or
   // it ended earlier and within its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
@@ -83,11 +89,22 @@ class Pressing {
 
  private:
   Result<> check(double worst_N, const State& now, double force_N, double speed_m_s) const;
+  void judge(Comparison& c, double noise_N);
+  std::optional<Comparison> add_late(const FrameSample& sample);
 
   Forecast forecast_;
   FrameCapabilities caps_;
   std::optional<Permit> open_;
   std::optional<double> peak_N_;
+  struct Late {  // the last motion that pressed, while the cell may still follow it
+    Late(const Comparison& c, double n, bool t) : first(c), noise_N(n), told(t) {}
+    Comparison first;
+    double noise_N;
+    bool told;  // `first` was returned
+    std::optional<MonoTime> until;  // counts from the first sample after its end
+    double peak_N = 0;
+  };
+  std::optional<Late> late_;
   TravelDigit digit_;
   std::optional<std::string> broken_;
 };

@@ -14,12 +14,22 @@
 
 namespace lcrig {
 
-constexpr double kNoiseSigmas = 5;  // of the noise of a cell; never reached by chance
+constexpr double kNoiseSigmas = 5;  // of the noise of a cell, for a single comparison
+// The same for what is compared with every sample: an honest hour at 100 Hz is 3.6e5 looks, and one
+// of them is beyond 6.25 standard deviations in fewer than one of 1e4 such hours (normal
+// distribution). It holds for a scatter that is known; see sure_scatter_N.
+constexpr double kSampleSigmas = 6.25;
+// The difference of two samples scatters by sqrt(2) times as much.
+constexpr double kDifferenceSigmas = 8.84;
 constexpr double kStanding_m = 10e-6;  // a frame that moved less than this still stands
 constexpr double kSureOfDrift = 3;  // standard errors
 // A difference of two travels may be a digit of the drive. Below, it is only rounding; above, it is
 // motion between two samples.
 constexpr double kLeastDigit_m = 1e-10, kCoarsestDigit_m = 12e-6;
+
+// A scatter that was estimated from few samples may be far too small: that of 18 samples was once
+// 0.45 of the true one. This one is so much larger that the rate above holds for it, too.
+double sure_scatter_N(double scatter_N, double freedoms);
 
 class Rest {
  public:

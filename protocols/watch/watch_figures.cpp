@@ -52,7 +52,16 @@ ForceScatter::ForceScatter(const Rest& rest)
       digit_N(rest.digit_N()),
       longest_run(rest.longest_run()),
       alive(rest.is_alive()),
-      travel_noise_m(rest.travel_scatter_m()) {}
+      travel_noise_m(rest.travel_scatter_m()),
+      freedoms_(static_cast<double>(std::max<std::int64_t>(0, rest.forces() - 1))),
+      last_N_(rest.scatter_N()) {
+  squares_N2_ = freedoms_ * noise_N * noise_N;
+}
+
+double ForceScatter::sure_noise_N() const {
+  if (!(freedoms_ > 0)) return 0;
+  return std::max(last_N_, sure_scatter_N(std::sqrt(squares_N2_ / freedoms_), freedoms_));
+}
 
 void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const ForceScatter now(rest);
@@ -62,6 +71,9 @@ void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;
+  squares_N2_ += now.squares_N2_;
+  freedoms_ += now.freedoms_;
+  last_N_ = now.last_N_;
   if (!travel_noise_m) travel_noise_m = now.travel_noise_m;
 }
 
@@ -83,7 +95,8 @@ WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& boun
   f.order_travel_m = kOrderTravel_m + wanders_m;
   f.settled_s = rate_Hz > 0 ? std::max(kSettled_s, kSettledSamples / rate_Hz) : kSettled_s;
   f.contact_force_N = kContactSigmas * noise_N;
-  f.order_force_N = std::max(f.contact_force_N, 0.01 * limit_N);
+  const double sure_N = scatter ? std::max(scatter->sure_noise_N(), noise_N) : noise_N;
+  f.order_force_N = std::max(kDifferenceSigmas * sure_N, 0.01 * limit_N);
   f.reply_s = kReply_s;
   return f;
 }

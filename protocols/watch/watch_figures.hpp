@@ -14,19 +14,27 @@
 namespace lcrig {
 
 // The scatter of the force of an unloaded cell, sample by sample.
-struct ForceScatter {
+class ForceScatter {
+ public:
   ForceScatter() = default;
   explicit ForceScatter(const Rest& rest);
   // Adds another look at the same cell. A run of equal forces counts as normal only if it is far
   // shorter than `frozen`.
   void add(const Rest& rest, std::optional<std::int64_t> frozen);
   double noise_N = 0;  // standard deviation
+  // From all looks together, and at least that of the last one, so much larger that chance does not
+  // reach kSampleSigmas of it. 0: nothing was seen.
+  double sure_noise_N() const;
   double digit_N = 0;  // smallest difference of two samples
   std::int64_t longest_run = 1;  // of consecutive equal forces
   bool alive = false;
   // Standard deviation at the first look. Later looks are not used, because the frame may creep
   // then.
   std::optional<double> travel_noise_m;
+
+ private:
+  double squares_N2_ = 0, freedoms_ = 0;  // of all looks
+  double last_N_ = 0;
 };
 
 // A search that stops at fewer standard deviations of the cell would stop at noise.

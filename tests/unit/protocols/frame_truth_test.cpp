@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "tests/support/run_fixture.hpp"
 
@@ -75,6 +76,31 @@ TEST_F(Truth, HowTheTravelScattersIsLearnedAtTheFirstLook) {
   EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
   truth().learn_rest(look(20e-6));
   EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
+}
+
+// In the last look 18 samples of a cell that scatters by 16 mN scattered by less than a half of
+// that.
+TEST_F(Truth, ALookThatSeesTooLittleScatterMakesNoCellALiar) {
+  std::mt19937 random(55);
+  const auto look = [&random](double noise_N, int count) {
+    std::normal_distribution<double> noise(0, noise_N);
+    Rest rest;
+    for (int i = 0; i < count; ++i) {
+      FrameSample s;
+      s.received = MonoTime(i * 20ms);
+      s.force_N = std::round(noise(random) / 1e-4) * 1e-4;
+      s.travel_m = 0;
+      rest.add(std::span(&s, 1));
+    }
+    return rest;
+  };
+  for (const int count : {20, 25, 25}) truth().learn_rest(look(0.016, count));
+  truth().learn_rest(look(0.0067, 18));
+  EXPECT_GT(truth().sure_noise_N(), 0.013);
+  EXPECT_LT(truth().sure_noise_N(), 0.024);
+  parts().view.take_standstill(done_at(0, 0));
+  EXPECT_GT(truth().motion_now(1, 1e-5).against_N, kDifferenceSigmas * 0.013);
+  EXPECT_LT(truth().motion_now(1, 1e-5).against_N, 0.25);
 }
 
 TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {

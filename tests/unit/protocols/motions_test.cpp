@@ -94,6 +94,23 @@ TEST_F(Motion, OfAFrameThatIsOnlyObservedIsABug) {
   EXPECT_THAT(frame.commands, IsEmpty());
 }
 
+// At DONE the cell shows half of the force; its filter still follows, and the way away begins.
+TEST_F(Motion, WhatTheCellShowsLateIsNoDriveThatDisobeys) {
+  frame.motion_says.force_N = 0.3;
+  frame.force_N = 0.3;
+  const auto pressed = run(parts().motions.to_force(0.3, 1e-4, 60));
+  ASSERT_TRUE(pressed) << pressed.error().what;
+  const double worst_N = sink.events.back().as<OvershootEvent>()->predicted_N;
+  const auto shows = [this](double force_N) {
+    frame.force_N = force_N;
+    return parts().truth.check(frame.sample());
+  };
+  parts().truth.begin(parts().truth.motion_now(-1, 1e-5));
+  EXPECT_FALSE(shows(worst_N));
+  EXPECT_TRUE(shows(worst_N + 0.1));
+  EXPECT_GT(worst_N, 0.39) << "more than the tolerance of the way away";
+}
+
 TEST_F(Motion, ThatWouldPressTooHardIsRefusedBeforeAnythingMoves) {
   EXPECT_EQ(run(parts().motions.to_force(0.9, 0.01, 60)).error().code, Errc::invalid_request);
   EXPECT_THAT(frame.commands, IsEmpty());

@@ -47,21 +47,6 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
   EXPECT_THAT(refusal(two("1"), frame_rig()), HasSubstr("1.66 N"));
 }
 
-// The run compares noisy samples with the limit.
-TEST(Plan, TheSpeedThatARefusalNamesLeavesRoomForTheNoiseOfTheCell) {
-  Rig rig = frame_rig();
-  rig.force_noise_N = 0.01;
-  const auto load = [](const std::string& speed) {
-    return R"({"id":"l","do":"move_until","until":{"force_N":1},"timeout_s":400,"speed_mm_s":)" +
-           speed + "}";
-  };
-  const double v = std::stod(advised(refusal(load("1"), rig), "/steps/0/speed_mm_s")) * 1e-3;
-  const double worst = 1 + 60e3 * (v * 1e-3 + v * v / 0.1);
-  EXPECT_LE(worst, 1.5 - kNoiseSigmas * 0.01 + 1e-3);
-  EXPECT_GT(worst, 1.4);
-  EXPECT_EQ(refusal(load("0.86"), rig), "planned") << "a faster one may be taken";
-}
-
 TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {
   const auto load = [](const std::string& force_N) {
     return R"({"id":"l","do":"move_until","until":{"force_N":)" + force_N +
@@ -73,6 +58,31 @@ TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {
   const std::string value = advised(text, "/steps/0/until/force_N");
   EXPECT_GT(std::stod(value), 1.4);
   EXPECT_EQ(refusal(load(value), frame_rig()), "planned");
+}
+
+// The guard ends a run at the first sample beyond the limit.
+TEST(Plan, ASpeedThatARefusalNamesLeavesRoomForTheNoiseOfTheCell) {
+  const auto load = [](const std::string& speed) {
+    return R"({"id":"l","do":"move_until","until":{"force_N":1},"speed_mm_s":)" + speed +
+           R"(,"timeout_s":4000})";
+  };
+  const auto rig = [](double noise_N) {
+    Rig noisy = frame_rig();
+    noisy.force_noise_N = noise_N;
+    return noisy;
+  };
+  constexpr double kNoise_N = 0.005;
+  const std::string text = refusal(load("1"), rig(kNoise_N));
+  EXPECT_THAT(text, HasSubstr("the limit is 1.5 N less 0.031 N for the noise of the cell"));
+  const std::string speed = advised(text, "/steps/0/speed_mm_s");
+  EXPECT_EQ(refusal(load(speed), rig(kNoise_N)), "planned");
+  const double v = 1e-3 * std::stod(speed), worst_N = 1 + 60e3 * (v * 1e-3 + v * v / 0.1);
+  EXPECT_LE(worst_N, 1.5 - kSampleSigmas * kNoise_N);
+  EXPECT_GT(worst_N, 1.5 - 3 * kSampleSigmas * kNoise_N);
+  EXPECT_EQ(refusal(load(speed), rig(1.9 * kNoise_N)), "planned") << "measured anew, and higher";
+  EXPECT_NE(refusal(load("0.864"), rig(kNoise_N)), "planned") << "it fills all up to the limit";
+  EXPECT_EQ(refusal(load("0.864"), frame_rig()), "planned")
+      << "of an unknown noise nothing is said";
 }
 
 TEST(Plan, ADepthAtWhichNoSpeedIsSlowEnoughIsAnsweredByOneThatIsAccepted) {

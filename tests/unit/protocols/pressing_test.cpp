@@ -112,6 +112,63 @@ TEST(Pressing, APredictionThatWasExceededIsTheLastOne) {
   EXPECT_TRUE(pressing.to_travel(standing_at(10e-3), 5e-3, 1e-3)) << "away is always allowed";
 }
 
+FrameSample shown(double force_N, Duration at) {
+  FrameSample s;
+  s.force_N = force_N;
+  s.received = MonoTime() + at;
+  return s;
+}
+
+// The cell has a filter, and DONE comes before it has followed.
+class ShownLate : public testing::Test {
+ protected:
+  ShownLate() {
+    permit_ = pressing_.to_force(standing_at(0), 0.5, 0.1e-3).value();
+    pressing_.begin(permit_);
+    EXPECT_FALSE(pressing_.end(target(0.51), 0.002).value().exceeded);
+  }
+  std::optional<Pressing::Comparison> show(double force_N, Duration at) {
+    const FrameSample s = shown(force_N, at);
+    return pressing_.add({&s, 1});
+  }
+  Pressing pressing_ = on(120e3);
+  Pressing::Permit permit_;
+};
+
+TEST_F(ShownLate, AForceBeyondThePredictionBreaksIt) {
+  EXPECT_FALSE(show(0.55, 10ms));
+  const auto late = show(permit_.worst_N + 0.1, 60ms);
+  ASSERT_TRUE(late);
+  EXPECT_TRUE(late->exceeded);
+  EXPECT_EQ(late->observed_N, permit_.worst_N + 0.1);
+  EXPECT_TRUE(pressing_.broken());
+  EXPECT_FALSE(show(permit_.worst_N + 0.2, 80ms)) << "told once";
+}
+
+TEST_F(ShownLate, AForceWithinThePredictionIsToldWhenTheFilterIsOver) {
+  pressing_.begin(pressing_.away(standing_at(0)));
+  EXPECT_FALSE(show(0.51, 10ms));
+  EXPECT_FALSE(show(permit_.worst_N, 60ms));
+  const auto late = show(0.1, 500ms);
+  ASSERT_TRUE(late);
+  EXPECT_FALSE(late->exceeded);
+  EXPECT_EQ(late->observed_N, permit_.worst_N);
+  EXPECT_FALSE(pressing_.broken());
+}
+
+TEST_F(ShownLate, NothingIsToldOfNoiseNorOfLaterForces) {
+  EXPECT_FALSE(show(0.515, 10ms));
+  EXPECT_FALSE(show(permit_.worst_N + 0.1, 500ms));
+  EXPECT_FALSE(show(0.1, 600ms));
+  EXPECT_FALSE(pressing_.broken());
+}
+
+TEST_F(ShownLate, TheNextMotionThatPressesEndsIt) {
+  pressing_.begin(permit_);
+  EXPECT_FALSE(show(permit_.worst_N + 0.1, 60ms));
+  EXPECT_FALSE(pressing_.broken()) << "it is judged at its own end";
+}
+
 TEST(Pressing, AForceLoopThatNobodyDescribedIsNotUsed) {
   const Pressing pressing = on(120e3);
   EXPECT_FALSE(pressing.ramp(standing_at(0), 1, 0.1));
