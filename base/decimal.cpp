@@ -105,6 +105,15 @@ double shift_decimal(double value, int power) {
   return out;
 }
 
+double round_to_digits(double value, int digits) {
+  char text[48];
+  const auto end =
+      std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits - 1).ptr;
+  double out = value;
+  std::from_chars(text, end, out);
+  return out;
+}
+
 std::optional<DecimalPlaces> decimal_places(double value) {
   if (value == 0 || !std::isfinite(value)) return std::nullopt;
   char text[40];

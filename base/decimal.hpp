@@ -21,6 +21,10 @@ void append_decimal_shift(std::string& out, std::int64_t value, int power);
 // division 0.065 / 1000 gives a neighbouring double. Infinities and NaN are returned unchanged.
 double shift_decimal(double value, int power);
 
+// For computed values: the double nearest to `value` rounded to this number of decimal digits.
+// 125.50000000000001 and 12 give 125.5. Infinities and NaN are returned unchanged.
+double round_to_digits(double value, int digits);
+
 // The powers of ten of the first and the last digit in the shortest decimal that reads back as
 // `value`: -2 and -4 for 0.0124. nullopt: zero, or not finite.
 struct DecimalPlaces {

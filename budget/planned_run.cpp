@@ -97,17 +97,29 @@ class Walk {
     const auto found = seconds_.find(step.id);
     const double seconds = found == seconds_.end() ? 0 : found->second;
     const StepFacts facts = facts_of(step);
-    if (facts.places_weight) {
-      place(*facts.aim, seconds);
-    } else if (facts.moves && facts.aim != nullptr) {
-      go(*facts.aim, facts.speed != nullptr ? environment_.get(*facts.speed) : 0, seconds);
-    } else if (facts.measures != nullptr) {
-      measure(environment_.get(facts.measures->count), seconds);
-    } else {
-      if (facts.aim != nullptr) hold(*facts.aim);
-      stay(readings_in(seconds), seconds);
+    switch (facts.frame_use) {
+      case FrameUse::Kind::weight: place(*facts.aim, seconds); break;
+      case FrameUse::Kind::motion:
+      case FrameUse::Kind::cycle: move(facts, seconds); break;
+      case FrameUse::Kind::hold:
+        if (facts.aim != nullptr) hold(*facts.aim);
+        watch(facts, seconds);
+        break;
+      case FrameUse::Kind::zero:
+      case FrameUse::Kind::watch: watch(facts, seconds); break;
     }
     time_s_ += seconds;
+  }
+
+  void watch(const StepFacts& facts, double seconds) {
+    if (facts.measures == nullptr) return stay(readings_in(seconds), seconds);
+    measure(environment_.get(facts.measures->count), seconds);
+  }
+
+  // A search for contact has no aim and leaves no force.
+  void move(const StepFacts& facts, double seconds) {
+    if (facts.aim == nullptr) return watch(facts, seconds);
+    go(*facts.aim, facts.speed != nullptr ? environment_.get(*facts.speed) : 0, seconds);
   }
 
   // The force loop of the frame goes to the target and stays there.
@@ -358,7 +370,7 @@ Knobs find_knobs(const Protocol& protocol) {
   }
   for (const Step& step : protocol.steps) {
     const StepFacts facts = facts_of(step);
-    const Number* count = facts.loop ? facts.loop->count() : nullptr;
+    const Number* count = facts.loop ? facts.loop->repeats() : nullptr;
     if (count != nullptr && protocol.parameters.contains(count->name)) out.repeats = count->name;
   }
   return out;

@@ -11,14 +11,9 @@ StepCursor::StepCursor(const Steps& steps, Environment& environment)
 StepCursor::StepCursor(const StepCursor& at, Environment& environment)
     : steps_(at.steps_), environment_(environment), at_(at.at_), loops_(at.loops_) {}
 
-void StepCursor::set_variable(const Pass& pass) {
-  const SweepStep* sweep = pass.loop.sweep();
-  if (sweep != nullptr) environment_.set(sweep->name, sweep->value(pass.index, environment_));
-}
-
 void StepCursor::enter(const Step& step, const Loop& loop) {
   loops_.emplace_back(step, loop, loop.passes(environment_));
-  set_variable(loops_.back());
+  loop.set_variable(1, environment_);
 }
 
 // At the end of a pass: starts the next one, or leaves the loop and returns false.
@@ -27,11 +22,10 @@ bool StepCursor::again() {
   if (pass.index < pass.count) {
     ++pass.index;
     pass.at = 0;
-    set_variable(pass);
+    pass.loop.set_variable(pass.index, environment_);
     return true;
   }
-  const SweepStep* sweep = pass.loop.sweep();
-  if (sweep != nullptr) environment_.unset(sweep->name);
+  if (const std::string* name = pass.loop.variable()) environment_.unset(*name);
   loops_.pop_back();
   return false;
 }
@@ -56,7 +50,7 @@ namespace {
 
 const StepCursor::Pass* outermost_repeat(const std::vector<StepCursor::Pass>& loops) {
   const auto it = std::ranges::find_if(
-      loops, [](const StepCursor::Pass& pass) { return pass.loop.sweep() == nullptr; });
+      loops, [](const StepCursor::Pass& pass) { return pass.loop.repeats() != nullptr; });
   return it == loops.end() ? nullptr : &*it;
 }
 

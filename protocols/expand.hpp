@@ -42,7 +42,6 @@ class StepCursor {
 
  private:
   void enter(const Step& step, const Loop& loop);
-  void set_variable(const Pass& pass);
   bool again();
   const Steps& inner() const { return loops_.back().loop.steps(); }
 

@@ -27,9 +27,11 @@ std::string shown(const AnswerValue& value) {
   return std::get<bool>(value) ? "true" : "false";
 }
 
-tl::unexpected<Error> wrong(const Question& q, const AnswerValue& given, std::string_view why) {
+// `guess`: ", did you mean `dusty`?", or "".
+tl::unexpected<Error> wrong(const Question& q, const AnswerValue& given, std::string_view why,
+                            std::string_view guess = "") {
   return fail(Errc::invalid_request, "step {}: \"{}\" {}{} expected {}", q.step_id, shown(given),
-              why, why.ends_with('?') ? "" : ",", expected_words(q));
+              why, guess.empty() ? "," : guess, expected_words(q));
 }
 
 Result<AnswerValue> read_confirmation(const Question& q, const AnswerValue& given) {
@@ -46,7 +48,7 @@ Result<AnswerValue> read_choice(const Question& q, const AnswerValue& given) {
   if (text == nullptr) return wrong(q, given, "is no text");
   const std::string choice(trimmed(*text));
   if (std::ranges::find(q.choices, choice) != q.choices.end()) return AnswerValue(choice);
-  return wrong(q, given, "is no choice" + did_you_mean(choice, q.choices));
+  return wrong(q, given, "is no choice", did_you_mean(choice, q.choices));
 }
 
 Result<AnswerValue> read_number(const Question& q, const AnswerValue& given) {

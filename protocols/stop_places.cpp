@@ -24,10 +24,10 @@ class Loads {
   void add(const Steps& steps) {
     for (const Step& step : steps) {
       const StepFacts facts = facts_of(step);
-      const SweepStep* sweep = facts.loop ? facts.loop->sweep() : nullptr;
-      if (sweep != nullptr) swept_.push_back(sweep->name);
+      const std::string* variable = facts.loop ? facts.loop->variable() : nullptr;
+      if (variable != nullptr) swept_.push_back(*variable);
       if (facts.loop) add(facts.loop->steps());
-      if (sweep != nullptr) swept_.pop_back();
+      if (variable != nullptr) swept_.pop_back();
       if (facts.aim != nullptr) add(*facts.aim);
     }
   }
@@ -64,7 +64,7 @@ bool loads_inside(const Steps& steps, const Environment& environment,
     const std::optional<Loop> loop = facts_of(step).loop;
     if (!loop) continue;
     std::vector<std::string> names = fixed;
-    if (loop->sweep() != nullptr) names.push_back(loop->sweep()->name);
+    if (const std::string* variable = loop->variable()) names.push_back(*variable);
     Loads loads(environment, names);
     loads.add(loop->steps());
     if (loads.are_several() || loads_inside(loop->steps(), environment, names)) return true;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "protocols/steps/step.hpp"
@@ -27,27 +28,22 @@ double rounded(double value, Rounding to, bool whole) {
   return digits < 0 ? cut * scale : cut / scale;
 }
 
-// The end of the sweep of variable `n` that reaches furthest, because it meets a limit first.
-// nullptr: `n` is not the variable of a sweep.
-const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
-                           const Environment& environment) {
+// The end of the loop over variable `n` that reaches furthest, because it meets a limit first.
+// nullptr: `n` is not the variable of a loop.
+const Number* end_of_loop(const Steps& steps, const Number& n, Rounding to,
+                          const Environment& environment) {
   for (const Step& step : steps) {
     const StepFacts facts = facts_of(step);
     if (!facts.loop || !n.pointer.starts_with(step.pointer + "/")) continue;
-    if (const Number* found = end_of_sweep(facts.loop->steps(), n, to, environment)) return found;
-    const SweepStep* sweep = facts.loop->sweep();
-    if (sweep == nullptr || sweep->name != n.name) continue;
-    const Number* out = nullptr;
-    const auto take = [&](const Number& end) {
-      const auto value = [&](const Number& of) { return environment.get(of); };
-      const bool further = out == nullptr || (to == Rounding::down ? value(end) > value(*out)
-                                                                   : value(end) < value(*out));
-      if (further) out = &end;
+    if (const Number* found = end_of_loop(facts.loop->steps(), n, to, environment)) return found;
+    const std::string* variable = facts.loop->variable();
+    if (variable == nullptr || *variable != n.name) continue;
+    const auto is_nearer = [&](const Number* a, const Number* b) {
+      const double one = environment.get(*a), other = environment.get(*b);
+      return to == Rounding::down ? one < other : one > other;
     };
-    for (const Number& value : sweep->values) take(value);
-    if (sweep->from) take(*sweep->from);
-    if (sweep->to) take(*sweep->to);
-    return out;
+    const std::vector<const Number*> ends = facts.loop->ends();
+    return ends.empty() ? nullptr : *std::ranges::max_element(ends, is_nearer);
   }
   return nullptr;
 }
@@ -60,7 +56,7 @@ std::vector<Change> change_of(const Number& n, double si, Rounding to, const Ask
   }
   const auto it = asked.protocol.parameters.find(n.name);
   if (it == asked.protocol.parameters.end()) {
-    const Number* end = end_of_sweep(asked.protocol.steps, n, to, asked.environment);
+    const Number* end = end_of_loop(asked.protocol.steps, n, to, asked.environment);
     if (end == nullptr) return {};
     return change_of(*end, si, to, asked);
   }

@@ -36,7 +36,7 @@ void look_at(const Step& step, const Environment& env, const Rig& rig, int avera
             fmt::format("{:.0f} readings in {:.4g} s ({}) need a conversion of at most {:.0f} ms",
                         count, within, step.id, std::floor(within / count * 1e3)));
   }
-  if (!facts.loads_a_cycle) return;
+  if (facts.frame_use != FrameUse::Kind::cycle) return;
   const double force = target_force_N(*facts.aim, env, rig);
   if (force <= 0) return;
   const auto loaded = loaded_time_s(force, env.get(*facts.speed), rig);

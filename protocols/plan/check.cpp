@@ -163,9 +163,10 @@ Words check_capability(const Step& step, const FrameCapabilities& caps) {
                                     : "cannot move");
   }
   if (facts.places_weight && !caps.weights) {
-    return std::string(
-        "place_weight needs a dead-weight rig; this frame loads by motion: use ramp or move_until, "
-        "as static-frame does");
+    return fmt::format(
+        "{} needs a dead-weight rig; this frame loads by motion: use ramp or move_until, as "
+        "static-frame does",
+        kind_of(step));
   }
   return std::nullopt;
 }

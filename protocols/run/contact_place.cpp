@@ -12,10 +12,13 @@ void ContactPlace::place(double travel_m, double force_N) {
 }
 
 Result<double> ContactPlace::travel_of(const Target& target, const std::string& step_id) const {
-  const double value = setup_.environment.get(target.value);
+  const double value = values_.get(target.value);
   if (target.kind == TargetKind::travel) return value;
   if (!travel_m_) {
-    return fail(Errc::invalid_request, "step {}: a gap exists only after find_contact", step_id);
+    return fail(Errc::invalid_request,
+                "step {}: a gap, and the place of contact is not known: find the contact first, or "
+                "state the gap (set_gap)",
+                step_id);
   }
   return *travel_m_ - value;
 }

@@ -13,8 +13,9 @@ namespace lcrig {
 
 class ContactPlace {
  public:
-  ContactPlace(const RunSetup& setup, Guard& guard, FrameTruth& truth)
-      : setup_(setup), guard_(guard), truth_(truth) {}
+  // All must outlive it. `values`: of the numbers in targets.
+  ContactPlace(const RunSetup& setup, const Environment& values, Guard& guard, FrameTruth& truth)
+      : setup_(setup), values_(values), guard_(guard), truth_(truth) {}
 
   std::optional<double> travel_m() const { return travel_m_; }
   double force_N() const { return force_N_; }  // force there, beyond that at rest
@@ -43,6 +44,7 @@ class ContactPlace {
 
  private:
   const RunSetup& setup_;
+  const Environment& values_;
   Guard& guard_;
   FrameTruth& truth_;
   std::optional<double> travel_m_;

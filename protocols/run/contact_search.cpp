@@ -96,7 +96,7 @@ Task<Result<>> ContactSearch::look_again(MonoTime begun, const Rest& first) {
 }
 
 double ContactSearch::speed_m_s() const {
-  return step_.search_speed_m_s(run_.setup.environment, run_.pressing->forecast(),
+  return step_.search_speed_m_s(run_.values, run_.pressing->forecast(),
                                 run_.guard.force_max_N() - rest_.force_N() - rise_N_,
                                 run_.setup.frame.capabilities().speed_min.si());
 }

@@ -36,18 +36,23 @@ Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) 
 
 // Runs the motion with a time-out and writes its event. Every end other than `target` is an error.
 Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
-                                           Task<Result<MotionOutcome>> motion, double timeout_s) {
+                                           Task<Result<MotionOutcome>> motion, TimeLimit limit) {
   if (auto may = drive_.may_move(); !may) co_return fail(may.error());
+  const auto too_long = [&] {
+    return fail(Errc::no_reply, "step {}: the motion did not end within {:.6g} s", log_.step_id(),
+                limit.seconds);
+  };
+  TimeSpent of_this;
+  TimeSpent& time = limit.spent != nullptr ? *limit.spent : of_this;
+  const MonoTime now = setup_.clock.now(), deadline = time.begin(now, from_seconds(limit.seconds));
+  if (deadline == now) co_return too_long();  // a motion would begin for nothing
   drive_.will_hold(std::nullopt);
   truth_.begin(order.motion);
   last_speed_m_s_ = order.motion.speed_m_s;
   const ScopedFlag moving(in_motion_);
-  const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
   auto r = co_await either(std::move(motion), setup_.clock.wait_until(deadline));
-  if (r.index() == 1) {
-    co_return fail(Errc::no_reply, "step {}: the motion did not end within {:.6g} s",
-                   log_.step_id(), timeout_s);
-  }
+  time.end(setup_.clock.now());
+  if (r.index() == 1) co_return too_long();
   auto& outcome = std::get<0>(r);
   if (!outcome) {
     truth_.look_away();  // nobody knows whether it moves now
@@ -74,12 +79,12 @@ void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
 
 // Arms the frame, moves, and compares the felt force with the predicted one.
 Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
-                                             Task<Result<MotionOutcome>> motion, double timeout_s) {
+                                             Task<Result<MotionOutcome>> motion, TimeLimit limit) {
   auto ready = co_await ready_for(permit);
   if (!ready) co_return fail(ready.error());
   if (pressing_ != nullptr) pressing_->begin(permit);
   if (permit.presses) order.motion.worst_N = permit.worst_N;
-  auto outcome = co_await timed(order, std::move(motion), timeout_s);
+  auto outcome = co_await timed(order, std::move(motion), limit);
   if (pressing_ == nullptr || !outcome) co_return outcome;
   auto true_word = co_await truth_.believe(order, *outcome);
   if (!true_word) co_return fail(true_word.error());
@@ -137,7 +142,7 @@ tl::unexpected<Error> Motions::refused(const Error& error) const {
   return fail(error.code, "step {}: {}", log_.step_id(), error.what);
 }
 
-Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double timeout_s) {
+Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit limit) {
   const auto here_m = view_.travel_m();
   if (guard_.is_distrusted() && here_m && travel_m > *here_m) {
     log_.event(EventKind::skipped,
@@ -159,12 +164,12 @@ Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double time
   order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s);
   order.motion.target_m = travel_m;
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
-  auto outcome = co_await watched(order, permit, std::move(motion), timeout_s);
+  auto outcome = co_await watched(order, permit, std::move(motion), limit);
   if (!outcome) co_return fail(outcome.error());
   co_return Result<>();
 }
 
-Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_s, double timeout_s,
+Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_s, TimeLimit limit,
                                                  std::optional<Search> search) {
   auto permit = pressing_->to_force(pressing_state(), force_N, speed_m_s);
   if (!permit) co_return refused(permit.error());
@@ -181,27 +186,27 @@ Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_
   }
   auto motion =
       setup_.frame.move_until_force(Force::from_si(force_N), Velocity::from_si(speed_m_s), guard);
-  co_return co_await watched(order, *permit, std::move(motion), timeout_s);
+  co_return co_await watched(order, *permit, std::move(motion), limit);
 }
 
-Task<Result<>> Motions::to_force(double force_N, double speed_m_s, double timeout_s) {
+Task<Result<>> Motions::to_force(double force_N, double speed_m_s, TimeLimit limit) {
   const auto present = view_.present_force_N();
   if (!present) co_return fail(present.error());
   Result<MotionOutcome> outcome;
   if (force_N >= *present) {
-    outcome = co_await press_until(force_N, speed_m_s, timeout_s, std::nullopt);
+    outcome = co_await press_until(force_N, speed_m_s, limit, std::nullopt);
   } else {
     const Permit permit = pressing_->away(pressing_state());
     const MotionOrder order = order_of(force_N, -1, speed_m_s);
     auto motion = setup_.frame.move_until_force(
         Force::from_si(force_N), Velocity::from_si(-speed_m_s), permit.limits.travel_min);
-    outcome = co_await watched(order, permit, std::move(motion), timeout_s);
+    outcome = co_await watched(order, permit, std::move(motion), limit);
   }
   if (!outcome) co_return fail(outcome.error());
   co_return Result<>();
 }
 
-Task<Result<>> Motions::ramp_to_force(double force_N, double rate_N_s, double timeout_s) {
+Task<Result<>> Motions::ramp_to_force(double force_N, double rate_N_s, TimeLimit limit) {
   const auto present = view_.present_force_N();
   if (!present) co_return fail(present.error());
   auto permit = pressing_->ramp(pressing_state(), force_N, rate_N_s);
@@ -214,7 +219,7 @@ Task<Result<>> Motions::ramp_to_force(double force_N, double rate_N_s, double ti
     order.motion.waver_N = order.waver_N;
   }
   auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
-  auto outcome = co_await watched(order, *permit, std::move(motion), timeout_s);
+  auto outcome = co_await watched(order, *permit, std::move(motion), limit);
   if (!outcome) co_return fail(outcome.error());
   drive_.will_hold(force_N);
   co_return Result<>();

@@ -11,10 +11,18 @@
 #include "protocols/run/frame_truth.hpp"
 #include "protocols/run/frame_view.hpp"
 #include "protocols/run/setup.hpp"
+#include "protocols/steps/progress.hpp"
 #include "protocols/watch/guard.hpp"
 #include "protocols/watch/pressing.hpp"
 
 namespace lcrig {
+
+// The longest time of a motion. With `t`, the earlier motions of the step count, too.
+struct TimeLimit {
+  TimeLimit(double s, TimeSpent* t = nullptr) : seconds(s), spent(t) {}
+  double seconds;
+  TimeSpent* spent;
+};
 
 class Motions {
  public:
@@ -32,17 +40,17 @@ class Motions {
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
   // limit_tripped, aborted, refused (also when the frame is not where it reports to be).
-  Task<Result<>> to_travel(double travel_m, double speed_m_s, double timeout_s);
+  Task<Result<>> to_travel(double travel_m, double speed_m_s, TimeLimit limit);
   // Moves towards the specimen if the force has to grow, otherwise away from it.
-  Task<Result<>> to_force(double force_N, double speed_m_s, double timeout_s);
-  Task<Result<>> ramp_to_force(double force_N, double rate_N_s, double timeout_s);
+  Task<Result<>> to_force(double force_N, double speed_m_s, TimeLimit limit);
+  Task<Result<>> ramp_to_force(double force_N, double rate_N_s, TimeLimit limit);
   // Bounds of a search for a force: it stops at this travel at the latest, and when the force falls
   // to `least_N`.
   struct Search {
     Search(double end, double least) : end_m(end), least_N(least) {}
     double end_m, least_N;
   };
-  Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, double timeout_s,
+  Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, TimeLimit limit,
                                           std::optional<Search> search);
 
   // Writes the event of a motion that stopped at a force.
@@ -56,10 +64,10 @@ class Motions {
   Pressing::State pressing_state() const;
   MotionOrder order_of(double force_N, int side, double speed_m_s) const;
   Task<Result<MotionOutcome>> watched(MotionOrder order, Permit permit,
-                                      Task<Result<MotionOutcome>> motion, double timeout_s);
+                                      Task<Result<MotionOutcome>> motion, TimeLimit limit);
   Task<Result<>> ready_for(const Permit& permit);
   Task<Result<MotionOutcome>> timed(const MotionOrder& order, Task<Result<MotionOutcome>> motion,
-                                    double timeout_s);
+                                    TimeLimit limit);
   void see_end(const MotionOrder& order, const MotionOutcome& outcome);
   tl::unexpected<Error> refused(const Error& error) const;  // names the refused step
 

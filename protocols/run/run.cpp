@@ -30,8 +30,9 @@ Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progr
 
 Run::Run(asio::any_io_executor executor, RunSetup setup)
     : setup_(std::move(setup)),
+      values_(setup_.environment),
       parts_(
-          executor, setup_, [this] { look_around(); }, sampler_hooks()),
+          executor, setup_, values_, [this] { look_around(); }, sampler_hooks()),
       losses_(parts_),
       take_over_(parts_),
       finish_(parts_, losses_, take_over_, [this] { return run_finally(); }),
@@ -190,7 +191,7 @@ void Run::watch_wall_clock() {
 }
 
 Task<std::optional<InterruptRequest>> Run::run_protocol() {
-  StepCursor cursor(setup_.protocol.steps, setup_.environment);
+  StepCursor cursor(setup_.protocol.steps, values_);
   if (setup_.continues) {
     auto stop = co_await take_over_.confirm_specimen();
     if (stop) co_return stop;
@@ -212,7 +213,7 @@ void Run::pass_over_done_steps() {
 
 Task<std::optional<InterruptRequest>> Run::run_finally() {
   pace_.begin_finally();
-  StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
+  StepCursor cursor(setup_.protocol.finally_steps, values_);
   co_return co_await run_steps(cursor);
 }
 

@@ -77,6 +77,9 @@ class Run final : private LoadFrame::Listener {
   Task<std::optional<InterruptRequest>> stay_paused(StepProgress& progress);
 
   RunSetup setup_;
+  // The values of the numbers in the current step. Written only by the cursors of run_protocol and
+  // run_finally; the parts read it.
+  Environment values_;
   RunParts parts_;
   Losses losses_;
   TakeOver take_over_;

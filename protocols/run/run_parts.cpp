@@ -16,9 +16,10 @@ Duration stale_after(double rate_Hz) {
 
 }  // namespace
 
-RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<void()> look,
-                   Sampler::Hooks sampled)
+RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environment& v,
+                   std::function<void()> look, Sampler::Hooks sampled)
     : setup(s),
+      values(v),
       pressing(s.pressing ? &*s.pressing : nullptr),
       progress(s),
       log(s.clock, s.sink),
@@ -26,14 +27,14 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
       guard(s.limits, stale_after(s.frame_rate_Hz)),
       view(s, log),
       truth(s, log, guard, pressing, view),
-      contact(s, guard, truth),
+      contact(s, v, guard, truth),
       drive(s, log, interrupts, guard, truth, contact),
       distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
       motions(s, log, guard, pressing, view, truth, contact, drive),
-      labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
+      labels(v, s.probe_area_m2, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)),
       questions(executor, log),
-      stops(s.environment, log) {}
+      stops(v, log) {}
 
 RunPoint RunParts::point() const {
   RunPoint p;
@@ -47,17 +48,17 @@ RunPoint RunParts::point() const {
   return p;
 }
 
-Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
+Task<Result<>> move_to_place(const Target& to, const Number& speed, TimeLimit limit,
                              RunParts& run) {
   auto travel_m = run.contact.travel_of(to, run.log.step_id());
   if (!travel_m) co_return fail(travel_m.error());
-  co_return co_await run.motions.to_travel(*travel_m, run.get(speed), run.get(timeout));
+  co_return co_await run.motions.to_travel(*travel_m, run.get(speed), limit);
 }
 
-Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress) {
-  progress.begin = run.setup.clock.now();
-  const Duration rest = from_seconds(duration_s) - progress.spent;
-  if (rest > Duration::zero()) co_await run.setup.clock.wait_for(rest);
+Task<Result<>> wait_out(double duration_s, RunParts& run, TimeSpent& time) {
+  Clock& clock = run.setup.clock;
+  const MonoTime end = time.begin(clock.now(), from_seconds(duration_s));
+  if (end > clock.now()) co_await clock.wait_until(end);
   co_return Result<>();
 }
 

@@ -22,11 +22,13 @@
 namespace lcrig {
 
 struct RunParts {
-  // `look`: see InterruptQueue. `sampled`: who gets the meter's readings.
-  RunParts(asio::any_io_executor executor, RunSetup& s, std::function<void()> look,
-           Sampler::Hooks sampled);
+  // `s` and `v` must outlive it. `look`: see InterruptQueue. `sampled`: who gets the meter's
+  // readings.
+  RunParts(asio::any_io_executor executor, RunSetup& s, const Environment& v,
+           std::function<void()> look, Sampler::Hooks sampled);
 
-  const RunSetup& setup;  // clock, instruments, sink, and the values of the numbers
+  const RunSetup& setup;  // clock, instruments, sink
+  const Environment& values;  // parameters, and the sweep variables of the current step
   Pressing* const pressing;  // nullptr: the frame cannot move
   ProgressKeeper progress;
   EventLog log;
@@ -50,7 +52,7 @@ struct RunParts {
   void event(const P& payload) const {
     log.event(payload);
   }
-  double get(const Number& number) const { return setup.environment.get(number); }
+  double get(const Number& number) const { return values.get(number); }
   // True while motions may press, which requires a cell that sends a force. The way back requires
   // only the travel.
   bool needs_force() const { return setup.moves() && !interrupts.finishing(); }
@@ -60,8 +62,7 @@ struct RunParts {
 
 // Actions shared by several kinds of steps: a motion to a travel or gap, and a wait that continues
 // after a pause.
-Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
-                             RunParts& run);
-Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress);
+Task<Result<>> move_to_place(const Target& to, const Number& speed, TimeLimit limit, RunParts& run);
+Task<Result<>> wait_out(double duration_s, RunParts& run, TimeSpent& time);
 
 }  // namespace lcrig

@@ -178,7 +178,8 @@ Task<Result<>> Sampler::take(const Plan& plan, std::int64_t& taken) {
   const MonoTime begin = clock_.now();
   const std::int64_t first = taken;
   // A repeated exchange may use up time of later ones. Beyond this limit the level has failed.
-  const MonoTime limit = begin + plan.within + std::max<Duration>(period, conversion) + 1s;
+  const MonoTime limit = begin + period * (plan.level.planned_readings - first) +
+                         std::max<Duration>(period, conversion) + 1s;
   while (taken < plan.level.planned_readings) {
     const MonoTime due = begin + period * (taken - first);
     if (clock_.now() < due) co_await clock_.wait_until(due);

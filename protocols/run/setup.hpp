@@ -43,7 +43,7 @@ struct RunSetup {
   LoadFrame& frame;  // identified
   RunSink& sink;
   const Protocol& protocol;
-  Environment environment;  // parameters, and the sweep variables of the current step
+  Environment environment;  // parameters
   BoundLimits limits;  // of the protocol
   // False: the protocol asks nothing of the frame, which belongs to somebody else. The frame is
   // only observed, and never stopped.

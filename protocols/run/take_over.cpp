@@ -117,7 +117,7 @@ void TakeOver::pass_over(const Step& step, LcrSettings& settings) {
   const StepFacts facts = facts_of(step);
   run_.labels.aim(facts);
   if (facts.sets_meter != nullptr) {
-    settings = facts.sets_meter->change(std::move(settings), run_.setup.environment);
+    settings = facts.sets_meter->change(std::move(settings), run_.values);
   }
   if (facts.asks != nullptr) keep_answer(asked_++);
   if (!facts.leaves) return;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/decimal.hpp"
 #include "base/either.hpp"
-#include "base/number.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
@@ -22,7 +22,7 @@ constexpr std::size_t kChoicesMax = 20;
 
 // A number in the unit of the question, rounded to twelve digits to remove the error of the factor.
 double in_unit(double si, double to_si) {
-  return number_from<double>(fmt::format("{:.12g}", si / to_si)).value_or(si / to_si);
+  return round_to_digits(si / to_si, 12);
 }
 
 std::string one_line(const JsonReader& r, std::size_t most) {
@@ -224,9 +224,8 @@ Task<Result<>> after_timeout(const Question& question, double patience_s, bool t
 Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunParts& run,
                                AskStep::Progress& progress) {
   Clock& clock = run.setup.clock;
-  progress.begin = clock.now();
-  const Duration rest = std::max(Duration::zero(), from_seconds(patience_s) - progress.spent);
-  const MonoTime until = clock.now() + rest;
+  const MonoTime begin = clock.now();
+  const MonoTime until = progress.time.begin(begin, from_seconds(patience_s));
   const Questions::Wait wait(run.questions, question, run.labels.repeat(), until);
   Result<> said;
   auto answer = respond(run, question, said);
@@ -236,7 +235,7 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
   progress.answered = run.questions.take();
   if (progress.answered || !said) co_return said;
   if (clock.now() < until) co_return fail(Errc::aborted, "the question was withdrawn");
-  auto late = co_await after_timeout(question, patience_s, rest == Duration::zero(), run);
+  auto late = co_await after_timeout(question, patience_s, until == begin, run);
   progress.answered = run.questions.take();
   if (late && !progress.answered) late = fail(Errc::aborted, "the question was withdrawn");
   co_return late;
@@ -254,7 +253,7 @@ Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   if (progress.answered) co_return co_await run.drive.restore_hold();
   auto still = co_await keep_still(run);
   if (!still) co_return still;
-  const Question asked = question(run.log.step_id(), run.setup.environment);
+  const Question asked = question(run.log.step_id(), run.values);
   run.event(EventKind::prompt, prompt_words(asked));
   std::optional<ProgressKeeper::During> waiting(std::in_place, run.progress,
                                                 RunState::waiting_for_operator);

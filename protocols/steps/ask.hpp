@@ -23,10 +23,13 @@ struct AskStep {
   Number timeout;  // s
   OnTimeout on_timeout = OnTimeout::abort;
 
-  struct Progress : WaitProgress {
+  struct Progress : StepProgress {
+    TimeSpent time;
     bool answered = false;  // survives an interrupt, so that nobody is asked twice
     std::optional<AnswerEvent> kept_answer;  // from the run that this one continues
     void go_on_from(const LeftOff& before) override { kept_answer = before.answer; }
+    void interrupt(MonoTime now) override { time.end(now); }
+    void begin_again(RunParts& /*run*/) override { time.forget(); }
   };
   static AskStep parse(const StepReader& r);
   StepFacts facts() const { return {FrameUse::none(), kNoReadings, kNoSettings, this, kNoLoop}; }

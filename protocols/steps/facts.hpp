@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <variant>
 #include <vector>
 
 #include "base/result.hpp"
@@ -21,6 +23,7 @@ struct RunParts;  // run/run_parts.hpp
 
 struct AskStep;
 struct MeasureStep;
+struct RepeatStep;
 struct SetLcrStep;
 struct SweepStep;
 struct Step;
@@ -33,36 +36,37 @@ inline constexpr EnumWords<2> kWordsOf<HoldMode>{"force", "travel"};
 // What a step does with the frame. Each factory function takes everything that this use has to
 // state. The pointers lead into the step; nullptr: the step states no such value.
 struct FrameUse {
-  // What a meter that reads continuously has to resolve on the way to a force.
-  enum class OnTheWay { nothing, cycle_of_loading };
+  // watch: the frame is only watched. weight: a person places a load on a rod. cycle: a motion to a
+  // force whose way a meter that reads continuously has to resolve.
+  enum class Kind { watch, zero, weight, hold, motion, cycle };
 
-  static FrameUse none() { return {Kind::watch, nullptr, nullptr, std::nullopt}; }  // watched only
+  static FrameUse none() { return {Kind::watch, nullptr, nullptr, std::nullopt}; }
   static FrameUse zero() { return {Kind::zero, nullptr, nullptr, std::nullopt}; }
-  // A person places a load on a rod.
   static FrameUse weight(const Target& load) {
     return {Kind::weight, &load, nullptr, std::nullopt};
   }
   // `at`: the force to hold; nullptr: the present one.
   static FrameUse hold(HoldMode mode, const Target* at) { return {Kind::hold, at, nullptr, mode}; }
   // `speed`: of the first motion; nullptr: the motion follows a force.
-  static FrameUse motion(const Target* to, const Number* speed, HoldMode leaves, OnTheWay resolve) {
-    FrameUse out(Kind::motion, to, speed, leaves);
-    out.loads_a_cycle = resolve == OnTheWay::cycle_of_loading;
-    return out;
+  static FrameUse motion(const Target* to, const Number* speed, HoldMode leaves) {
+    return {Kind::motion, to, speed, leaves};
+  }
+  static FrameUse cycle(const Target& to, const Number& speed, HoldMode leaves) {
+    return {Kind::cycle, &to, &speed, leaves};
   }
 
+  Kind frame_use;
   bool moves;  // needs a frame with a drive
   bool zeroes;  // sets a new zero of force or travel
   bool places_weight;  // by a person; needs a rod with dead weights
-  bool loads_a_cycle = false;
   const Target* aim;  // the target of the motion, or the force to hold or place
   const Number* speed;  // m/s
   std::optional<HoldMode> leaves;  // what the frame holds afterwards; absent: no change
 
  private:
-  enum class Kind { watch, zero, weight, hold, motion };
   FrameUse(Kind kind, const Target* a, const Number* s, std::optional<HoldMode> l)
-      : moves(kind == Kind::motion),
+      : frame_use(kind),
+        moves(kind == Kind::motion || kind == Kind::cycle),
         zeroes(kind == Kind::zero),
         places_weight(kind == Kind::weight),
         aim(a),
@@ -70,21 +74,21 @@ struct FrameUse {
         leaves(l) {}
 };
 
-// The steps inside a loop, which run a number of times, or once for each value of a variable.
+// What a step with inner steps does with them. Each kind of loop answers each question.
 class Loop {
  public:
-  Loop(const Steps& steps, const Number& count) : steps_(&steps), count_(&count) {}
-  Loop(const Steps& steps, const SweepStep& sweep) : steps_(&steps), sweep_(&sweep) {}
+  explicit Loop(const RepeatStep& step) : step_(&step) {}
+  explicit Loop(const SweepStep& step) : step_(&step) {}
 
-  const Steps& steps() const { return *steps_; }
-  const Number* count() const { return count_; }  // nullptr: a sweep
-  const SweepStep* sweep() const { return sweep_; }  // nullptr: a repeat
+  const Steps& steps() const;
   std::int64_t passes(const Environment& environment) const;
+  const Number* repeats() const;  // nullptr: it does more than repeat
+  const std::string* variable() const;  // that it sets; nullptr: none
+  std::vector<const Number*> ends() const;  // the values of the variable lie between these
+  void set_variable(std::int64_t pass, Environment& environment) const;  // `pass` counts from 1
 
  private:
-  const Steps* steps_;
-  const Number* count_ = nullptr;
-  const SweepStep* sweep_ = nullptr;  // exactly one of count_ and sweep_ is set
+  std::variant<const RepeatStep*, const SweepStep*> step_;
 };
 
 inline constexpr const MeasureStep* kNoReadings = nullptr;

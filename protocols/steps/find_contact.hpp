@@ -19,11 +19,13 @@ struct FindContactStep {
   struct Progress : StepProgress {
     std::optional<double> start_travel_m;  // start of the search, kept when it begins again
     void go_on_from(const LeftOff& before) override { start_travel_m = before.start_travel_m; }
+    void interrupt(MonoTime /*now*/) override {}
+    void begin_again(RunParts& /*run*/) override {}
   };
   static FindContactStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {FrameUse::motion(nullptr, &speed, HoldMode::travel, FrameUse::OnTheWay::nothing),
-            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+    return {FrameUse::motion(nullptr, &speed, HoldMode::travel), kNoReadings, kNoSettings,
+            kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;

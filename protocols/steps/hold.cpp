@@ -91,11 +91,6 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
 
 }  // namespace
 
-void HoldStep::Progress::begin_again(RunParts& run) {
-  WaitProgress::begin_again(run);
-  holds = false;
-}
-
 Task<Result<>> HoldStep::execute(RunParts& run, Progress& progress) const {
   // A run that only watches sends no command; the step just waits.
   if (!progress.holds && run.setup.commands) {
@@ -109,7 +104,7 @@ Task<Result<>> HoldStep::execute(RunParts& run, Progress& progress) const {
     if (!held) co_return held;
     progress.holds = true;
   }
-  co_return co_await wait_out(run.get(duration), run, progress);
+  co_return co_await wait_out(run.get(duration), run, progress.time);
 }
 
 }  // namespace lcrig

@@ -13,9 +13,15 @@ struct HoldStep {
   std::optional<Target> at;  // force or pressure to hold; absent: the present state
   Number duration;  // s; the frame goes on holding until the next motion
 
-  struct Progress : WaitProgress {
+  struct Progress : StepProgress {
+    TimeSpent time;
     bool holds = false;
-    void begin_again(RunParts& run) override;
+    void go_on_from(const LeftOff& /*before*/) override {}
+    void interrupt(MonoTime now) override { time.end(now); }
+    void begin_again(RunParts& /*run*/) override {
+      time.forget();
+      holds = false;
+    }
   };
   static HoldStep parse(const StepReader& r);
   StepFacts facts() const {

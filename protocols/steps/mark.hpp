@@ -11,7 +11,7 @@ struct MarkStep {
   static constexpr std::string_view kWord = "mark";
   std::string text;
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static MarkStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};

@@ -16,6 +16,8 @@ struct MeasureStep {
   struct Progress : StepProgress {
     std::optional<LoadLevel> level;
     std::int64_t readings = 0;
+    void go_on_from(const LeftOff& /*before*/) override {}
+    void interrupt(MonoTime /*now*/) override {}
     void begin_again(RunParts& run) override;
   };
   static MeasureStep parse(const StepReader& r);

@@ -80,9 +80,10 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& /*progress*/) const {
-  if (!is_force(until)) co_return co_await move_to_place(until, speed, timeout, run);
-  const double force_N = run.labels.force_of(until), timeout_s = run.get(timeout);
+Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& progress) const {
+  const TimeLimit limit(run.get(timeout), &progress.time);
+  if (!is_force(until)) co_return co_await move_to_place(until, speed, limit, run);
+  const double force_N = run.labels.force_of(until);
   double v = run.get(speed);
   bool is_there = false;
   if (final_speed) {
@@ -92,7 +93,7 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& /*progress*/) con
     const bool loading = force_N > *present_N;
     // Skips the first part if less than the last part is left, because it would lead backwards.
     if ((turn_N > *present_N) == loading) {
-      auto near = co_await run.motions.to_force(turn_N, v, timeout_s);
+      auto near = co_await run.motions.to_force(turn_N, v, limit);
       if (!near) co_return near;
     }
     v = run.get(*final_speed);
@@ -102,7 +103,7 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& /*progress*/) con
     is_there = loading ? *near_N >= force_N : *near_N <= force_N;
   }
   Result<> moved;
-  if (!is_there) moved = co_await run.motions.to_force(force_N, v, timeout_s);
+  if (!is_there) moved = co_await run.motions.to_force(force_N, v, limit);
   if (!moved || !overshoot) co_return moved;
   const auto now_N = run.view.present_force_N();
   if (!now_N) co_return fail(now_N.error());

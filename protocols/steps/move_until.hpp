@@ -17,13 +17,12 @@ struct MoveUntilStep {
   std::optional<Number> overshoot;  // N allowed beyond the target; plan and run refuse a larger one
   Number timeout;  // s
 
-  using Progress = StepProgress;
+  using Progress = RemembersTime;
   static MoveUntilStep parse(const StepReader& r);
   StepFacts facts() const {
-    const auto resolve =
-        is_force(until) ? FrameUse::OnTheWay::cycle_of_loading : FrameUse::OnTheWay::nothing;
-    return {FrameUse::motion(&until, &speed, HoldMode::travel, resolve), kNoReadings, kNoSettings,
-            kNoQuestion, kNoLoop};
+    return {is_force(until) ? FrameUse::cycle(until, speed, HoldMode::travel)
+                            : FrameUse::motion(&until, &speed, HoldMode::travel),
+            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;

@@ -11,7 +11,7 @@ struct PlaceWeightStep {
   static constexpr std::string_view kWord = "place_weight";
   Target load;  // a mass, or the force or pressure that it has to produce
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static PlaceWeightStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::weight(load), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};

@@ -3,6 +3,7 @@
 // step defines its own `Progress`; the run keeps the object until the step ends.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "base/time.hpp"
@@ -18,36 +19,53 @@ struct LeftOff {
   std::optional<AnswerEvent> answer;  // the answer to its question
 };
 
-// The base class; also used by steps that remember nothing.
+// A kind of step has to state all three, so a new one that forgets one does not compile.
 struct StepProgress {
   StepProgress() = default;
   StepProgress(const StepProgress&) = delete;
   StepProgress& operator=(const StepProgress&) = delete;
   virtual ~StepProgress() = default;
-  // Called if the interrupted run was cut off in this step. By default the step starts from the
-  // beginning.
-  virtual void go_on_from(const LeftOff& /*before*/) {}
-  // Called when the step is interrupted: the time until it continues does not count for it. By
-  // default does nothing. A step that stores a start time here must override it.
-  virtual void interrupt(MonoTime /*now*/) {}
-  // Called after a loss, when the step begins again. By default does nothing. A step that stores
-  // what it has done must override it; otherwise it would continue.
-  virtual void begin_again(RunParts& /*run*/) {}
+  // Called if the interrupted run was cut off in this step.
+  virtual void go_on_from(const LeftOff& before) = 0;
+  // Called when the step is interrupted: the time until it continues does not count for it.
+  virtual void interrupt(MonoTime now) = 0;
+  // Called after a loss, when the step begins again instead of continuing.
+  virtual void begin_again(RunParts& run) = 0;
 };
 
-// Base class for steps that wait for a time.
-struct WaitProgress : StepProgress {
-  std::optional<MonoTime> begin;  // start of the current wait
-  Duration spent{};  // in earlier waits
+// For steps that start from the beginning after each interrupt.
+struct RemembersNothing final : StepProgress {
+  void go_on_from(const LeftOff& /*before*/) override {}
+  void interrupt(MonoTime /*now*/) override {}
+  void begin_again(RunParts& /*run*/) override {}
+};
 
-  void interrupt(MonoTime now) override {
-    if (begin) spent += now - *begin;
-    begin.reset();
+// The time that a step has spent waiting or moving, as its duration and its time-out count it.
+class TimeSpent {
+ public:
+  // Counts from now on. Returns the instant when `whole` will be spent; `now` if it is spent.
+  MonoTime begin(MonoTime now, Duration whole) {
+    end(now);
+    begun_ = now;
+    return now + std::max(Duration::zero(), whole - spent_);
   }
-  void begin_again(RunParts& /*run*/) override {
-    begin.reset();
-    spent = Duration::zero();
+  void end(MonoTime now) {
+    if (begun_) spent_ += now - *begun_;
+    begun_.reset();
   }
+  void forget() { *this = TimeSpent(); }
+
+ private:
+  std::optional<MonoTime> begun_;
+  Duration spent_{};
+};
+
+// For steps that remember only their time.
+struct RemembersTime final : StepProgress {
+  TimeSpent time;
+  void go_on_from(const LeftOff& /*before*/) override {}
+  void interrupt(MonoTime now) override { time.end(now); }
+  void begin_again(RunParts& /*run*/) override { time.forget(); }
 };
 
 }  // namespace lcrig

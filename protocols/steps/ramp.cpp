@@ -145,14 +145,15 @@ StepPlan RampStep::plan(PlannedRig& rig) const {
 }
 
 Task<Result<>> RampStep::execute(RunParts& run, Progress& progress) const {
+  const TimeLimit limit(run.get(timeout), &progress.time);
   if (!is_force(to)) {
     const bool clears = run.interrupts.finishing() && to.kind == TargetKind::gap;
     if (clears && !run.contact.travel_m()) co_return co_await back_away(*this, run, progress);
-    co_return co_await move_to_place(to, *speed, timeout, run);
+    co_return co_await move_to_place(to, *speed, limit, run);
   }
-  const double force_N = run.labels.force_of(to), timeout_s = run.get(timeout);
-  if (speed) co_return co_await run.motions.to_force(force_N, run.get(*speed), timeout_s);
-  co_return co_await run.motions.ramp_to_force(force_N, run.get(*force_rate), timeout_s);
+  const double force_N = run.labels.force_of(to);
+  if (speed) co_return co_await run.motions.to_force(force_N, run.get(*speed), limit);
+  co_return co_await run.motions.ramp_to_force(force_N, run.get(*force_rate), limit);
 }
 
 }  // namespace lcrig

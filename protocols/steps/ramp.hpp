@@ -15,14 +15,18 @@ struct RampStep {
   Number timeout;  // s
 
   struct Progress : StepProgress {
+    TimeSpent time;
     // End of the way back without contact. Chosen once, even if the frame is lost several times.
     std::optional<double> away_m;
+    void go_on_from(const LeftOff& /*before*/) override {}
+    void interrupt(MonoTime now) override { time.end(now); }
+    void begin_again(RunParts& /*run*/) override { time.forget(); }
   };
   static RampStep parse(const StepReader& r);
   StepFacts facts() const {
     const HoldMode leaves = speed ? HoldMode::travel : HoldMode::force;
-    return {FrameUse::motion(&to, speed ? &*speed : nullptr, leaves, FrameUse::OnTheWay::nothing),
-            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+    return {FrameUse::motion(&to, speed ? &*speed : nullptr, leaves), kNoReadings, kNoSettings,
+            kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;

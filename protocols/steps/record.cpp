@@ -29,10 +29,11 @@ StepPlan RecordStep::plan(PlannedRig& rig) const {
 }
 
 Task<Result<>> RecordStep::execute(RunParts& run, Progress& progress) const {
-  if (!until_confirmed) co_return co_await wait_out(run.get(*duration), run, progress);
-  const MonoTime deadline = run.setup.clock.now() + from_seconds(run.get(timeout));
+  if (!until_confirmed) co_return co_await wait_out(run.get(*duration), run, progress.time);
+  Clock& clock = run.setup.clock;
+  const MonoTime deadline = progress.time.begin(clock.now(), from_seconds(run.get(timeout)));
   const std::string prompt = "Recording. Confirm to end the recording.";
-  auto r = co_await either(run.setup.person->confirm(prompt), run.setup.clock.wait_until(deadline));
+  auto r = co_await either(run.setup.person->confirm(prompt), clock.wait_until(deadline));
   if (r.index() == 0) co_return std::get<0>(r);
   run.event(EventKind::late, "nobody confirmed the end of the recording; it ended by its time-out");
   co_return Result<>();

@@ -13,7 +13,7 @@ struct RecordStep {
   bool until_confirmed = false;
   Number timeout;  // s, with until_confirmed
 
-  using Progress = WaitProgress;
+  using Progress = RemembersTime;
   static RecordStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};

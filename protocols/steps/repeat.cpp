@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/repeat.hpp"
 
+#include <cmath>
+
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
@@ -9,6 +11,10 @@ namespace lcrig {
 
 RepeatStep RepeatStep::parse(const StepReader& r) {
   return {.count = r.count("count", 1, kCountMax), .steps = r.steps()};
+}
+
+std::int64_t RepeatStep::passes(const Environment& env) const {
+  return std::llround(env.get(count));
 }
 
 // The planner visits the inner steps itself, one by one.

@@ -12,11 +12,16 @@ struct RepeatStep {
   Number count;
   Steps steps;
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static RepeatStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(steps, count)};
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(*this)};
   }
+  std::int64_t passes(const Environment& env) const;
+  const Number* repeats() const { return &count; }
+  const std::string* variable() const { return nullptr; }
+  std::vector<const Number*> ends() const { return {}; }
+  void set_variable(std::int64_t /*pass*/, Environment& /*env*/) const {}
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };

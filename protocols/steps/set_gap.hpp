@@ -12,7 +12,7 @@ struct SetGapStep {
   static constexpr std::string_view kWord = "set_gap";
   Number gap;  // m, at the present travel
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static SetGapStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};

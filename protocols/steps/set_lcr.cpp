@@ -59,7 +59,7 @@ StepPlan SetLcrStep::plan(PlannedRig& rig) const {
 }
 
 Task<Result<>> SetLcrStep::execute(RunParts& run, Progress& /*progress*/) const {
-  LcrSettings s = change(run.sampler.settings(), run.setup.environment);
+  LcrSettings s = change(run.sampler.settings(), run.values);
   auto set = co_await run.sampler.configure(std::move(s));
   if (!set) co_return set;
   const Duration conversion = run.setup.lcr.capabilities().conversion_time(run.sampler.settings());

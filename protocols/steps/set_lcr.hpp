@@ -16,7 +16,7 @@ struct SetLcrStep {
   std::optional<LcrFunction> function;
   std::optional<LcrTrigger> trigger;
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static SetLcrStep parse(const StepReader& r);
   StepFacts facts() const { return {FrameUse::none(), kNoReadings, this, kNoQuestion, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;

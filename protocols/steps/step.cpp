@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/step.hpp"
 
-#include <cmath>
-
 namespace lcrig {
 
 std::string_view kind_of(const Step& step) {
@@ -20,9 +18,28 @@ std::unique_ptr<StepProgress> new_progress(const Step& step) {
   return std::visit(begun, step.action);
 }
 
+const Steps& Loop::steps() const {
+  return std::visit([](const auto* s) -> const Steps& { return s->steps; }, step_);
+}
+
 std::int64_t Loop::passes(const Environment& environment) const {
-  if (sweep_ != nullptr) return sweep_->passes(environment);
-  return std::llround(environment.get(*count_));
+  return std::visit([&](const auto* s) { return s->passes(environment); }, step_);
+}
+
+const Number* Loop::repeats() const {
+  return std::visit([](const auto* s) { return s->repeats(); }, step_);
+}
+
+const std::string* Loop::variable() const {
+  return std::visit([](const auto* s) { return s->variable(); }, step_);
+}
+
+std::vector<const Number*> Loop::ends() const {
+  return std::visit([](const auto* s) { return s->ends(); }, step_);
+}
+
+void Loop::set_variable(std::int64_t pass, Environment& environment) const {
+  std::visit([&](const auto* s) { s->set_variable(pass, environment); }, step_);
 }
 
 }  // namespace lcrig

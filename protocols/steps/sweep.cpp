@@ -91,11 +91,18 @@ std::int64_t SweepStep::passes(const Environment& env) const {
   return count ? std::llround(env.get(*count)) : std::ssize(values);
 }
 
-double SweepStep::value(std::int64_t index, const Environment& env) const {
-  if (!count) return env.get(values.at(static_cast<std::size_t>(index - 1)));
+std::vector<const Number*> SweepStep::ends() const {
+  std::vector<const Number*> out;
+  for (const Number& value : values) out.push_back(&value);
+  if (count) out.insert(out.end(), {&*from, &*to});
+  return out;
+}
+
+void SweepStep::set_variable(std::int64_t pass, Environment& env) const {
+  if (!count) return env.set(name, env.get(values.at(static_cast<std::size_t>(pass - 1))));
   const double first = env.get(*from), end = env.get(*to), last = env.get(*count) - 1;
-  const auto i = static_cast<double>(index - 1);
-  return i >= last ? end : first + (end - first) * (i / last);  // exactly `end` in the last pass
+  const auto i = static_cast<double>(pass - 1);
+  env.set(name, i >= last ? end : first + (end - first) * (i / last));  // `end` exactly at last
 }
 
 // The planner visits the inner steps itself, one by one.

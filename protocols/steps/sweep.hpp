@@ -15,16 +15,18 @@ struct SweepStep {
   std::optional<Number> from, to, count;
   Steps steps;
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static SweepStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(steps, *this)};
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(*this)};
   }
+  std::int64_t passes(const Environment& env) const;
+  const Number* repeats() const { return nullptr; }
+  const std::string* variable() const { return &name; }
+  std::vector<const Number*> ends() const;
+  void set_variable(std::int64_t pass, Environment& env) const;
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, Progress& progress) const;
-  std::int64_t passes(const Environment& env) const;
-  // SI value of the variable in pass `index` (from 1).
-  double value(std::int64_t index, const Environment& env) const;
 };
 
 }  // namespace lcrig

@@ -12,7 +12,7 @@ struct ZeroStep {
   bool force = false, travel = false;
   std::optional<Number> max_offset;  // N; a larger offset means that the probe touches already
 
-  using Progress = StepProgress;
+  using Progress = RemembersNothing;
   static ZeroStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::zero(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};

@@ -40,9 +40,9 @@ double visits(const Steps& steps, const Environment& environment) {
       sum += 1;
       continue;
     }
-    const SweepStep* sweep = loop->sweep();
+    const std::string* variable = loop->variable();
     Environment inner = environment;
-    if (sweep != nullptr) inner.set(sweep->name, 1);
+    if (variable != nullptr) inner.set(*variable, 1);
     sum += static_cast<double>(loop->passes(environment)) * visits(loop->steps(), inner);
   }
   return sum;

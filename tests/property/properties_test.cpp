@@ -1,20 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
 // Properties that must hold on rigs that the product was not developed on (issue "The real rig
 // first"). Rig and protocol are random. The daemon knows only what a config file would say.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <set>
 #include <sstream>
+#include <variant>
 
 #include "tests/property/lie_judge.hpp"
 #include "tests/property/own_bounds.hpp"
+#include "tests/property/recipe.hpp"
 #include "tests/property/sweep.hpp"
 
 namespace lcrig::property {
 namespace {
+
+// A new kind of step has to be in the random protocols, too.
+TEST(Recipes, ContainEachKindOfStep) {
+  std::set<std::string_view> missing;
+  const auto each = [&]<class... Kind>(std::variant<Kind...>*) {
+    (missing.insert(Kind::kWord), ...);
+  };
+  each(static_cast<Action*>(nullptr));
+  Dice dice(1);
+  const auto number = [&] { return static_cast<int>(dice.below(1001)); };
+  for (std::uint64_t seed = 1; seed <= 300 && !missing.empty(); ++seed) {
+    Recipe recipe;
+    recipe.beyond = number();
+    std::ranges::generate(recipe.base, number);
+    recipe.steps.resize(12);
+    for (Choice& c : recipe.steps) {
+      c.kind = static_cast<int>(dice.below(kKindsOfSteps));
+      std::ranges::generate(c.at, number);
+    }
+    const std::string text = write_protocol(recipe, sim::random_rig(seed)).text;
+    std::erase_if(missing, [&](std::string_view kind) {
+      return text.find(fmt::format(R"("do":"{}")", kind)) != text.npos;
+    });
+  }
+  EXPECT_THAT(missing, testing::IsEmpty());
+}
 
 using When = RigWorld::Act::When;
 using What = Happening::Kind;

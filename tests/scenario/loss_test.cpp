@@ -89,6 +89,65 @@ std::string long_record(int count) {
   return fmt::format(R"({{ "id": "record", "do": "record", "for_s": {} }})", 100 + 20 * count);
 }
 
+// Nobody confirms.
+class Unattended final : public SessionWorld {
+ public:
+  using SessionWorld::SessionWorld;
+
+ private:
+  struct Nobody final : Operator {
+    explicit Nobody(Clock& c) : clock(c) {}
+    Task<Result<>> confirm(std::string) override {
+      co_await clock.wait_until(MonoTime::max());
+      co_return Result<>();
+    }
+    const std::string& prompt() const override { return shown; }
+    Clock& clock;
+    std::string shown;
+  };
+  void adjust(SimRequest& sim, Recorder::Options&) override { sim.person = &nobody_; }
+  Nobody nobody_{clock};
+};
+
+constexpr const char* kUntilConfirmed =
+    R"({ "id": "record", "do": "record", "until": "confirmed", "timeout_s": 20 })";
+
+double recorded_s(const SessionWorld& world) {
+  return world.real(
+      "SELECT (MAX(at_mono_ns) FILTER (WHERE kind = 'step_end') - "
+      "MIN(at_mono_ns) FILTER (WHERE kind = 'step_begin')) * 1e-9 FROM event "
+      "WHERE step_id = 'record'");
+}
+
+TEST(RecordUntilConfirmed, TakesNoLongerThanItsTimeOutBesideAPause) {
+  Unattended world(loss_protocol("abort", kUntilConfirmed));
+  world.in_memory = true;
+  for (const Duration at : {5s, 45s}) {
+    world.acts.push_back({"record", at, [](auto& w) { w.interrupt(Interrupt::pause); }});
+    world.acts.push_back({"record", at + 30s, [](auto& w) { w.session->run()->resume(); }});
+  }
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+  EXPECT_NEAR(recorded_s(world), 20 + 2 * 30, 0.5);
+  EXPECT_EQ(events(world, "late"), 1);
+}
+
+TEST(RecordUntilConfirmed, GoesOnWithTheRestOfItsTimeAfterALossOrBeginsAgain) {
+  for (const Which which : {Which::meter, Which::frame}) {
+    for (const char* policy : {"wait", "repeat_step"}) {
+      Unattended world(loss_protocol(policy, kUntilConfirmed));
+      world.in_memory = true;
+      away(world, "record", which, 15s, 30s);
+      const auto r = world.run();
+      ASSERT_TRUE(r) << r.error().what;
+      EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+      const double again_s = std::string(policy) == "wait" ? 0 : 15;
+      EXPECT_NEAR(recorded_s(world), 20 + 30 + again_s, 1.5) << policy;
+    }
+  }
+}
+
 TEST(Reconnect, MeterIsBackWithinASecondOfTheReplugAHundredTimes) {
   const int count = replugs();
   SessionWorld world(loss_protocol("wait", long_record(count)));

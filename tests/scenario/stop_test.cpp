@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <set>
+
+#include "protocols/file/parse.hpp"
 #include "storage/chain.hpp"
 #include "tests/support/session_world.hpp"
 
@@ -25,6 +29,8 @@ std::string head(const std::string& rate_Hz) {
 const std::string kFrame = head("50") + R"(
   "steps": [
     { "id": "mark", "do": "mark", "text": "begin" },
+    { "id": "gap", "do": "set_gap", "gap_mm": 3 },
+    { "id": "ask", "do": "ask", "text": "Ready?", "answer": "confirmation", "timeout_s": 600 },
     { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
     { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 60 },
     { "id": "loop", "do": "repeat", "count": 2, "steps": [
@@ -74,22 +80,49 @@ void act(SessionWorld& w, Cause cause) {
 }
 
 struct StepStop {
-  const char* step;
+  std::string step;
   Cause cause;
   bool weights;
 };
+
+void walk_steps(const Steps& steps, const std::function<void(const Step&)>& what) {
+  for (const Step& step : steps) {
+    what(step);
+    const auto loop = facts_of(step).loop;
+    if (loop) walk_steps(loop->steps(), what);
+  }
+}
+
+// Nothing can happen in a step that takes no time. A loop is no step of a run.
+bool takes_time(const Step& step) {
+  return kind_of(step) != MarkStep::kWord && kind_of(step) != SetGapStep::kWord &&
+         !facts_of(step).loop;
+}
 
 std::vector<StepStop> every_stop() {
   std::vector<StepStop> out;
   for (const Cause cause : {Cause::sigterm, Cause::sigint, Cause::abort, Cause::freeze,
                             Cause::limit, Cause::client_gone}) {
-    for (const char* step : {"zero", "contact", "load", "ramp", "hold_force", "level",
-                             "hold_travel", "set", "record", "unload"}) {
-      out.push_back({step, cause, false});
+    for (const bool weights : {false, true}) {
+      const Protocol protocol = parse_protocol(weights ? kWeights : kFrame, "stops").value();
+      walk_steps(protocol.steps, [&](const Step& step) {
+        if (takes_time(step)) out.push_back({step.id, cause, weights});
+      });
     }
-    for (const char* step : {"place", "level", "until"}) out.push_back({step, cause, true});
   }
   return out;
+}
+
+TEST(Stops, ComeInEachKindOfStep) {
+  std::set<std::string_view> kinds;
+  for (const std::string& text : {kFrame, kWeights}) {
+    const Protocol protocol = parse_protocol(text, "stops").value();
+    walk_steps(protocol.steps, [&](const Step& step) { kinds.insert(kind_of(step)); });
+  }
+  const auto look_for = [&]<class... Kind>(std::variant<Kind...>*) {
+    for (const std::string_view word : {Kind::kWord...}) EXPECT_TRUE(kinds.contains(word)) << word;
+  };
+  look_for(static_cast<Action*>(nullptr));
 }
 
 std::int64_t steps_ended(const SessionWorld& world, const char* step, const char* how) {

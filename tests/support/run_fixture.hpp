@@ -45,7 +45,7 @@ class RunFixture : public ::testing::Test {
       hooks.taken = [](const LcrReading&, const ReadingTag&) {};
       hooks.event = [](EventKind, const std::string&) {};
       hooks.lost = [](const Error&) {};
-      parts_.emplace(io.get_executor(), setup(), [this] { ++looks; }, hooks);
+      parts_.emplace(io.get_executor(), setup(), values, [this] { ++looks; }, hooks);
     }
     return *parts_;
   }
@@ -79,6 +79,7 @@ class RunFixture : public ::testing::Test {
   StubMeter meter{clock};
   StubFrame frame{clock};
   EventSink sink;
+  Environment values;  // of the current step
   Protocol protocol = parse_protocol(kProtocol, "t").value();
   int looks = 0;
 

@@ -67,6 +67,7 @@ class StubFrame final : public LoadFrame {
   double noise_N = 0;  // added to every other sample
   Duration sample_period = std::chrono::milliseconds(100);
   bool never_ends = false;  // motions do not end
+  Duration motion_lasts{};
   std::optional<std::string> zero_of;  // origin
   std::vector<std::string> commands;  // those it was given
 
@@ -85,13 +86,10 @@ class StubFrame final : public LoadFrame {
     return moved_after("move_to", to.si());
   }
   Task<Result<MotionOutcome>> move_until_force(Force force, Velocity, Length guard) override {
-    double to_m = travel_m;
-    constexpr double kStep_m = 1e-7;
-    while (force_at && force_at(to_m) < force.si() && to_m < guard.si()) to_m += kStep_m;
-    return moved_after("move_until_force", to_m);
+    return moved_after("move_until_force", place_of(force, guard));
   }
-  Task<Result<MotionOutcome>> ramp_force(Force, ForceRate) override {
-    return moved_after("ramp_force", travel_m);
+  Task<Result<MotionOutcome>> ramp_force(Force force, ForceRate) override {
+    return moved_after("ramp_force", place_of(force, capabilities_.travel_max));
   }
   Task<Result<>> hold_travel() override { return done_after("hold_travel"); }
   Task<Result<>> hold_force(Force) override { return done_after("hold_force"); }
@@ -133,6 +131,12 @@ class StubFrame final : public LoadFrame {
     commands.emplace_back(command);
     co_return Identity();
   }
+  double place_of(Force force, Length end) const {
+    double to_m = travel_m;
+    constexpr double kStep_m = 1e-7;
+    while (force_at && force_at(to_m) < force.si() && to_m < end.si()) to_m += kStep_m;
+    return to_m;
+  }
   double shown_m() const {
     return digit_m > 0 ? std::round(travel_m / digit_m) * digit_m : travel_m;
   }
@@ -140,6 +144,7 @@ class StubFrame final : public LoadFrame {
   Task<Result<MotionOutcome>> moved_after(const char* command, double to_m) {
     commands.emplace_back(command);
     if (never_ends) co_await clock_.wait_until(MonoTime::max());
+    if (motion_lasts > Duration::zero()) co_await clock_.wait_for(motion_lasts);
     MotionOutcome outcome = motion_says;
     travel_m = motion_says.travel_m.value_or(to_m);
     outcome.travel_m = shown_m();

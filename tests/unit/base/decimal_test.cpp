@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/decimal.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -49,6 +50,22 @@ double parse(const std::string& text) {
   EXPECT_EQ(ec, std::errc()) << text;
   EXPECT_EQ(end, text.data() + text.size()) << text;
   return value;
+}
+
+TEST(RoundToDigits, IsTheNearestDoubleOfTheRoundedDecimal) {
+  EXPECT_EQ(round_to_digits(125.50000000000001, 12), 125.5);
+  EXPECT_EQ(round_to_digits(1.25e-4 / 1e-6, 12), 125);
+  EXPECT_EQ(round_to_digits(-0.0049999999999999, 3), -0.005);
+  EXPECT_EQ(round_to_digits(0, 12), 0);
+  EXPECT_EQ(round_to_digits(999.9999999999999, 12), 1000);
+  EXPECT_TRUE(std::isinf(round_to_digits(std::numeric_limits<double>::infinity(), 12)));
+  EXPECT_TRUE(std::isnan(round_to_digits(std::nan(""), 12)));
+  std::mt19937_64 random(11);
+  for (int i = 0; i < 20'000; ++i) {
+    const double value = std::bit_cast<double>(random());
+    if (!std::isfinite(value)) continue;
+    EXPECT_EQ(round_to_digits(value, 12), parse(fmt::format("{:.12g}", value)));
+  }
 }
 
 TEST(DecimalShift, ThereAndBackIsTheSameDouble) {

@@ -30,6 +30,7 @@ TEST_F(ContactPlaces, WithoutContactThereIsNoGap) {
   const auto travel = travel_of(TargetKind::gap, 2e-3);
   ASSERT_FALSE(travel);
   EXPECT_EQ(travel.error().code, Errc::invalid_request);
+  EXPECT_NE(travel.error().what.find("set_gap"), std::string::npos) << "the other way to know it";
   EXPECT_TRUE(travel_of(TargetKind::travel, 2e-3));
 }
 

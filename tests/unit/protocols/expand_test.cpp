@@ -72,9 +72,14 @@ TEST(StepCursor, ALinearSweepEndsExactlyAtItsEnd) {
   s.from = Number(10e3);
   s.to = Number(100e3);
   s.count = Number(14);
-  EXPECT_EQ(s.value(1, env), 10e3);
-  EXPECT_NEAR(s.value(2, env), 10e3 + 90e3 / 13, 1e-9);
-  EXPECT_EQ(s.value(14, env), 100e3);
+  s.name = "f_Hz";
+  const auto value = [&](std::int64_t pass) {
+    s.set_variable(pass, env);
+    return env.values().at("f_Hz");
+  };
+  EXPECT_EQ(value(1), 10e3);
+  EXPECT_NEAR(value(2), 10e3 + 90e3 / 13, 1e-9);
+  EXPECT_EQ(value(14), 100e3);
 }
 
 TEST(StepCursor, AnInnerCountMayFollowAnOuterVariable) {

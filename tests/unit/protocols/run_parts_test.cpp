@@ -28,17 +28,17 @@ class Parts : public RunFixture {
     Target to;
     to.kind = kind;
     to.value = Number(value);
-    const Number speed(1e-3), timeout(60);
-    return run(move_to_place(to, speed, timeout, parts()));
+    const Number speed(1e-3);
+    return run(move_to_place(to, speed, 60, parts()));
   }
   // True if the wait ended by itself within `patience`.
-  bool waits_out(double duration_s, WaitProgress& progress, Duration patience) {
-    return run(wait_beside(duration_s, progress, patience)) == 0;
+  bool waits_out(double duration_s, TimeSpent& time, Duration patience) {
+    return run(wait_beside(duration_s, time, patience)) == 0;
   }
 
  private:
-  Task<std::size_t> wait_beside(double duration_s, WaitProgress& progress, Duration patience) {
-    auto r = co_await either(wait_out(duration_s, parts(), progress), clock.wait_for(patience));
+  Task<std::size_t> wait_beside(double duration_s, TimeSpent& time, Duration patience) {
+    auto r = co_await either(wait_out(duration_s, parts(), time), clock.wait_for(patience));
     co_return r.index();
   }
 };
@@ -65,37 +65,38 @@ TEST_F(Parts, DoNotMoveToAGapOfAnUnknownContact) {
 }
 
 TEST_F(Parts, WaitForTheWholeTime) {
-  WaitProgress progress;
+  TimeSpent time;
   const MonoTime begun = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now() - begun, 10s);
 }
 
 TEST_F(Parts, WaitForTheRestAfterAnInterruption) {
-  WaitProgress progress;
-  EXPECT_FALSE(waits_out(10, progress, 4s));
-  progress.interrupt(clock.now());
+  TimeSpent time;
+  EXPECT_FALSE(waits_out(10, time, 4s));
+  time.end(clock.now());
   clock.run_for(io, 100s);  // the pause does not count
   const MonoTime again = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now() - again, 6s);
 }
 
 TEST_F(Parts, WaitNoLongerWhenTheTimeIsOver) {
-  WaitProgress progress;
-  progress.spent = 11s;
+  TimeSpent time;
+  time.begin(clock.now() - 11s, 10s);
+  time.end(clock.now());
   const MonoTime begun = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now(), begun);
 }
 
 TEST_F(Parts, WaitForTheWholeTimeWhenTheStepBeginsAgain) {
-  WaitProgress progress;
-  EXPECT_FALSE(waits_out(10, progress, 4s));
-  progress.interrupt(clock.now());
-  progress.begin_again(parts());
+  TimeSpent time;
+  EXPECT_FALSE(waits_out(10, time, 4s));
+  time.end(clock.now());
+  time.forget();
   const MonoTime again = clock.now();
-  EXPECT_TRUE(waits_out(10, progress, 60s));
+  EXPECT_TRUE(waits_out(10, time, 60s));
   EXPECT_EQ(clock.now() - again, 10s);
 }
 
@@ -119,9 +120,29 @@ TEST_F(Parts, PointSaysWhereARunWouldGoOn) {
 TEST_F(Parts, PointLetsLevelsCountOn) {
   parts().labels.next("s", 5, clock.now());
   const LoadLevel second = parts().labels.next("s", 5, clock.now());
-  LevelLabels later(setup().environment, std::nullopt, 9.81);
+  LevelLabels later(values, std::nullopt, 9.81);
   later.take_from(parts().point());
   EXPECT_EQ(later.next("s", 5, clock.now()).level, second.level + 1);
+}
+
+// Only the cursors of the run write the values; the setup keeps the parameters.
+static_assert(std::is_same_v<decltype(RunParts::values), const Environment&>);
+static_assert(std::is_same_v<decltype(RunParts::setup), const RunSetup&>);
+
+TEST_F(Parts, SeeTheVariableOfASweepInEachPass) {
+  Target force;
+  force.kind = TargetKind::force;
+  force.value.name = "f_N";
+  Target gap = force;
+  gap.kind = TargetKind::gap;
+  parts().contact.place(6e-3, 0);
+  for (const double value : {1e-3, 2e-3}) {
+    values.set("f_N", value);
+    EXPECT_EQ(parts().get(force.value), value);
+    EXPECT_EQ(parts().labels.force_of(force), value);
+    EXPECT_DOUBLE_EQ(parts().contact.travel_of(gap, "r").value(), 6e-3 - value);
+  }
+  EXPECT_TRUE(setup().environment.values().empty());
 }
 
 TEST_F(Parts, NeedForceUntilTheRunEnds) {

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 class SlowMeter final : public LcrMeter {
  public:
   explicit SlowMeter(Clock& clock) : clock_(clock) {}
-  bool fails = false, unplugged = false, repeats = false;
+  bool fails = false, unplugged = false, repeats = false, sticks = false;
   int under_way = 0, at_once = 0, measured = 0;
 
   const LcrCapabilities& capabilities() const override { return capabilities_; }
@@ -36,7 +36,7 @@ class SlowMeter final : public LcrMeter {
     if (fails) co_return fail(Errc::no_reply, "silent");
     ++measured;
     LcrReading reading;
-    reading.fresh = !repeats || measured % 2 == 0;
+    reading.fresh = !sticks && (!repeats || measured % 2 == 0);
     co_return reading;
   }
   Task<Result<LcrSettings>> reconnect() override { co_return LcrSettings(); }
@@ -135,6 +135,17 @@ TEST_F(SamplerTest, AReadingThatWasCutOffIsTakenLater) {
   ASSERT_TRUE(take(taken));
   ASSERT_EQ(tags.size(), 3U);
   EXPECT_EQ(tags.back().index, 3);
+}
+
+TEST_F(SamplerTest, ALevelThatGoesOnHasOnlyTheTimeOfItsOtherReadings) {
+  meter.sticks = true;
+  const auto fails_after = [&](std::int64_t taken) {
+    const MonoTime begin = clock.now();
+    EXPECT_FALSE(take(taken));
+    return clock.now() - begin;
+  };
+  const Duration all = fails_after(0);
+  EXPECT_EQ(fails_after(2), all - 2s) << "the third of three readings in three seconds";
 }
 
 Task<bool> stop(Sampler& sampler) {

@@ -28,9 +28,39 @@ Target at(TargetKind kind, double value) {
 static_assert(!std::is_default_constructible_v<StepFacts>);
 static_assert(!std::is_default_constructible_v<FrameUse>);
 static_assert(!std::is_constructible_v<StepFacts, FrameUse>);
-// A loop says how often it runs.
-static_assert(!std::is_constructible_v<Loop, const Steps&>);
-static_assert(!std::is_constructible_v<Loop, const Steps&, std::nullptr_t>);
+// A motion that loads a cycle has a force and a speed.
+static_assert(std::is_invocable_v<decltype(FrameUse::cycle), Target&, Number&, HoldMode>);
+static_assert(!std::is_invocable_v<decltype(FrameUse::cycle), Target*, Number*, HoldMode>);
+static_assert(!std::is_default_constructible_v<Loop>);
+
+// A kind of step that remembers something has to say what happens to it. One that forgets a
+// function is abstract, so it does not compile.
+struct ForgetsToGoOn : StepProgress {
+  void interrupt(MonoTime /*now*/) override {}
+  void begin_again(RunParts& /*run*/) override {}
+};
+struct ForgetsInterrupts : StepProgress {
+  void go_on_from(const LeftOff& /*before*/) override {}
+  void begin_again(RunParts& /*run*/) override {}
+};
+struct ForgetsToBeginAgain : StepProgress {
+  void go_on_from(const LeftOff& /*before*/) override {}
+  void interrupt(MonoTime /*now*/) override {}
+};
+static_assert(std::is_abstract_v<ForgetsToGoOn>);
+static_assert(std::is_abstract_v<ForgetsInterrupts>);
+static_assert(std::is_abstract_v<ForgetsToBeginAgain>);
+static_assert(std::is_final_v<RemembersNothing> && std::is_final_v<RemembersTime>);
+
+template <class Kind>
+concept HasATime = requires(const Kind& step) { step.timeout; } || requires(const Kind& step) {
+  step.duration;
+} || requires(const Kind& step) { step.within; };
+template <class... Kind>
+constexpr bool those_with_a_time_remember(std::variant<Kind...>* /*all*/) {
+  return ((!HasATime<Kind> || !std::is_same_v<typename Kind::Progress, RemembersNothing>) && ...);
+}
+static_assert(those_with_a_time_remember(static_cast<Action*>(nullptr)));
 
 TEST(Steps, ALoopRunsAsOftenAsItCountsOrHasValues) {
   Environment environment;
@@ -38,11 +68,13 @@ TEST(Steps, ALoopRunsAsOftenAsItCountsOrHasValues) {
   RepeatStep repeat;
   repeat.count = Number(3);
   EXPECT_EQ(repeat.facts().loop->passes(environment), 3);
-  EXPECT_EQ(repeat.facts().loop->sweep(), nullptr);
+  EXPECT_EQ(repeat.facts().loop->repeats(), &repeat.count);
+  EXPECT_EQ(repeat.facts().loop->variable(), nullptr);
   SweepStep sweep;
   sweep.values = {Number(1), Number(2)};
   EXPECT_EQ(sweep.facts().loop->passes(environment), 2);
-  EXPECT_EQ(sweep.facts().loop->count(), nullptr);
+  EXPECT_EQ(sweep.facts().loop->repeats(), nullptr);
+  EXPECT_EQ(sweep.facts().loop->variable(), &sweep.name);
   sweep.count.emplace();
   sweep.count->name = "n";
   EXPECT_EQ(sweep.facts().loop->passes(environment), 4);
@@ -91,9 +123,10 @@ TEST(Steps, ARampLeavesTheControlThatItUsed) {
 TEST(Steps, OnlyAMotionToAForceLoadsACycle) {
   MoveUntilStep move;
   move.until = at(TargetKind::travel, 1e-3);
-  EXPECT_FALSE(move.facts().loads_a_cycle);
+  EXPECT_EQ(move.facts().frame_use, FrameUse::Kind::motion);
   move.until = at(TargetKind::pressure, 1e4);
-  EXPECT_TRUE(move.facts().loads_a_cycle);
+  EXPECT_EQ(move.facts().frame_use, FrameUse::Kind::cycle);
+  EXPECT_TRUE(move.facts().moves);
 }
 
 TEST(Steps, WhatNeedsTheMeterSaysSo) {

@@ -9,6 +9,7 @@ namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::Contains;
 using testing::HasSubstr;
 
 class Person final : public Operator {
@@ -30,7 +31,8 @@ class Person final : public Operator {
 
 class GoOn : public RunFixture {
  protected:
-  GoOn() {
+  explicit GoOn(const std::string& first_step = "") {
+    if (!first_step.empty()) protocol = parse_protocol(beginning_with(first_step), "t").value();
     Continuation from;
     from.run = 7;
     from.step_id = "s";
@@ -44,9 +46,13 @@ class GoOn : public RunFixture {
     frame.noise_N = 1e-4;
     feed();
   }
+  static std::string beginning_with(const std::string& step) {
+    std::string text(kProtocol);
+    const auto begin = text.find("{ \"id\": \"r\""), end = text.find("{ \"id\": \"s\"");
+    return text.replace(begin, end - begin, step + ", ");
+  }
   Result<> pass() {
-    Environment environment;
-    StepCursor cursor(protocol.steps, environment);
+    StepCursor cursor(protocol.steps, values);
     return run(take_over.pass_done_steps(cursor));
   }
 
@@ -80,6 +86,29 @@ TEST_F(GoOn, StepsThatWereDoneArePassedOver) {
   EXPECT_EQ(parts().labels.next("s", 5, clock.now()).level, 5);
   EXPECT_DOUBLE_EQ(*take_over.take_left_off().start_travel_m, 1e-3);
   EXPECT_FALSE(take_over.take_left_off().start_travel_m) << "of the first step only";
+}
+
+struct GoOnAfterAHold : GoOn {
+  GoOnAfterAHold()
+      : GoOn(R"({ "id": "h", "do": "hold", "hold": "force", "force_N": 0.3, "for_s": 5 })") {}
+};
+
+TEST_F(GoOnAfterAHold, TheForceIsHeldAgain) {
+  ASSERT_TRUE(pass());
+  EXPECT_EQ(parts().drive.held_force_N(), 0.3);
+  EXPECT_THAT(frame.commands, Contains("hold_force"));
+  EXPECT_EQ(parts().labels.next("s", 5, clock.now()).target_force_N, 0.3);
+}
+
+struct GoOnAfterSetLcr : GoOn {
+  GoOnAfterSetLcr()
+      : GoOn(R"({ "id": "m", "do": "set_lcr", "average": 4, "frequency_Hz": 2000 })") {}
+};
+
+TEST_F(GoOnAfterSetLcr, TheMeterIsSetAsItWas) {
+  ASSERT_TRUE(pass());
+  EXPECT_EQ(parts().sampler.settings().average, 4);
+  EXPECT_EQ(parts().sampler.settings().frequency.si(), 2000);
 }
 
 TEST_F(GoOn, AFrameThatWasMovedMeanwhileIsNotMovedAgain) {
