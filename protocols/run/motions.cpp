@@ -137,7 +137,8 @@ tl::unexpected<Error> Motions::refused(const Error& error) const {
   return fail(error.code, "step {}: {}", log_.step_id(), error.what);
 }
 
-Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double timeout_s) {
+Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double timeout_s,
+                                  double may_rise_N) {
   const auto here_m = view_.travel_m();
   if (guard_.is_distrusted() && here_m && travel_m > *here_m) {
     log_.event(EventKind::skipped,
@@ -158,6 +159,7 @@ Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double time
   const bool away = here_m && travel_m <= *here_m;
   order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s);
   order.motion.target_m = travel_m;
+  if (away) order.motion.against_N += may_rise_N;
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
   auto outcome = co_await watched(order, permit, std::move(motion), timeout_s);
   if (!outcome) co_return fail(outcome.error());

@@ -23,6 +23,7 @@ Pressing::Permit Pressing::away(const State& now) const {
   permit.limits.force_max = Force::from_si(now.force_max_N);
   permit.guard = permit.limits.travel_max;
   permit.worst_N = now.force_N.value_or(0);
+  permit.from_m = now.travel_m;
   return permit;
 }
 
@@ -125,7 +126,7 @@ bool Pressing::explains(double felt_N, double stiffness_N_m, double force_N, dou
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
-  digit_.begin();
+  digit_.begin(permit.from_m);
   if (permit.presses) late_.reset();
 }
 

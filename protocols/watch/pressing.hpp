@@ -31,6 +31,7 @@ class Pressing {
     double worst_N = 0;  // largest force until it stands
     std::optional<double> expected_N;
     bool presses = false;  // it may end in the specimen
+    std::optional<double> from_m;  // travel at its beginning
   };
   struct State {  // at the start of a motion
     State() = default;
@@ -77,8 +78,9 @@ class Pressing {
   std::optional<Comparison> add(std::span<const FrameSample> samples);
   // The force loop may raise the force from now on, so it tells nothing of the last motion.
   void leave_to_loop() { late_.reset(); }
-  // The last digit of the travel, as seen in motions; 0: unknown.
+  // The last digit of the travel, as coarse as motions allow; 0: fine.
   double travel_digit_m() const { return digit_.digit_m(); }
+  bool is_sure_of_digit() const { return digit_.is_sure(); }
   // nullopt: there is nothing to compare, because the motion was not meant to stop at a force, or
   // it ended earlier and within its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
