@@ -213,7 +213,7 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
   }
   if (force_N < limit_N) follows_until_ = MonoTime();  // it falls, so the filter has followed
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
-  const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
+  const double most_N = std::max({motion_.force_N, motion_.rest_N, motion_.free_N}) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {
     return Contradiction(
         Disbelief::drive,

@@ -286,6 +286,25 @@ TEST(Plausibility, ASpecimenThatSticksMayLetGoOnTheWayAway) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
 }
 
+// Its pull was taken for the force at rest.
+TEST(Plausibility, ASpecimenThatPulledWhenTheCellWasReadMayLetGo) {
+  const auto is_noticed = [](double begins_N, double end_N) {
+    FakeFrame frame;
+    Plausibility::Motion m = pressing(1e-5);
+    m.direction = -1;
+    m.force_N = begins_N;
+    m.rest_N = -0.045;
+    m.free_N = 0;
+    frame.eyes.begin(m, frame.t);
+    return frame
+        .until_noticed(10, [=](double s) { return Place(-1e-5 * s, s < 3 ? begins_N : end_N); })
+        .has_value();
+  };
+  EXPECT_FALSE(is_noticed(-0.045, 0));
+  EXPECT_TRUE(is_noticed(-0.045, 0.05)) << "it presses";
+  EXPECT_TRUE(is_noticed(0.5, 0.55)) << "a loaded specimen, and a drive that runs the wrong way";
+}
+
 TEST(Plausibility, AFrameThatCreepsOrSaysThatItMovesIsNotStanding) {
   FakeFrame frame;
   frame.eyes.stand(frame.t);
