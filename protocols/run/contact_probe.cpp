@@ -166,19 +166,31 @@ std::size_t ContactProbe::touching(const Rest& after) const {
   return static_cast<std::size_t>(lost - looks_.begin());
 }
 
+// In a few words.
+std::string ContactProbe::why_not_measured(std::size_t touching, bool overran) const {
+  if (overran) return "the search overran it by more than its stiffness explains";
+  const auto from_m = looks_.front().travel_m();
+  const auto to_m = looks_.size() > 1 ? looks_[1].travel_m() : std::nullopt;
+  if (touching < 2 && from_m && to_m) {
+    return fmt::format("the first step back, {:.3g} um, left it", (*from_m - *to_m) * 1e6);
+  }
+  return "noise, play or relaxation hide how the force falls on the way back";
+}
+
 void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const {
   const double passed_s = seconds_between(before_, after);
   const double drift_N_s =
       passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
   const double left_N = this->left_N(looks_.front());
-  auto slope = contact_slope(looks_, touching(after), left_N, drift_N_s, relaxes_N_s_);
+  const std::size_t touching = this->touching(after);
+  auto slope = contact_slope(looks_, touching, left_N, drift_N_s, relaxes_N_s_);
   // What relaxes since the probe came in is missing in the slope, and a quick motion feels it.
   if (slope) slope->at_most *= std::max(1.0, felt_N() / left_N);
   // The rise of the force while the frame stopped must fit the slope, too.
   const double noise_N = run_.truth.noise_N();
-  if (slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N)) {
-    slope.reset();
-  }
+  const bool overran =
+      slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N);
+  if (overran) slope.reset();
   StiffnessEvent measured;
   measured.force_N = touched_N();
   if (slope) {
@@ -186,6 +198,8 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
     measured.at_most_N_m = slope->at_most;
     measured.at_least_N_m = slope->at_least;
     run_.pressing->measured(felt_N(), slope->at_most);
+  } else {
+    run_.pressing->not_measured(why_not_measured(touching, overran));
   }
   run_.event(measured);
   // A cell that lies shows itself by this, so it is needed where no slope is known, too.

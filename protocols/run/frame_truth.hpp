@@ -24,6 +24,7 @@ struct MotionOrder {
   std::optional<double> travel_m, force_N;  // one of them is the target
   int side = 0;  // for a force target: at least (1), at most (-1), within (0)
   double waver_N = 0;  // of a force loop, to either side
+  bool by_contact = false;  // it stops where the contact must have shown the force
   bool either_side = false;  // a fall to the lower force limit is an end, too
 };
 

@@ -275,8 +275,9 @@ std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sam
       fmt::format("the frame does not move as it was told to, and does not say that it stands: "
                   "{:.4f} mm in the last {:.1f} s{}",
                   way_m * 1e3, dt,
-                  motion_.speed_m_s > 0 ? fmt::format(", at {:.4g} mm/s", motion_.speed_m_s * 1e3)
-                                        : std::string()));
+                  motion_.speed_m_s > 0
+                      ? fmt::format(", where {:.4g} mm/s were ordered", motion_.speed_m_s * 1e3)
+                      : std::string()));
 }
 
 std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sample) {

@@ -31,12 +31,14 @@ Result<> Pressing::check(double worst_N, const State& now, double force_N, doubl
   if (broken_) return fail(Errc::limit_tripped, "{}", *broken_);
   if (!exceeds(worst_N, now.force_max_N)) return {};
   const double fastest = forecast_.fastest_m_s(force_N - now.rest_N, now.force_max_N - now.rest_N);
+  const std::string measured = forecast_.is_measured()
+                                   ? "as measured at contact"
+                                   : "nothing was measured at contact" + not_measured_;
   return fail(
       Errc::invalid_request,
-      "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm{}, the "
+      "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm ({}), the "
       "limit is {:.4g} N: {}",
-      speed_m_s * 1e3, force_N, worst_N, forecast_.bound().stiffness_N_m(worst_N) * 1e-3,
-      forecast_.is_measured() ? " (as measured at contact)" : " (nothing was measured at contact)",
+      speed_m_s * 1e3, force_N, worst_N, forecast_.bound().stiffness_N_m(worst_N) * 1e-3, measured,
       now.force_max_N,
       fastest > 0 ? fmt::format("at most {:.3g} mm/s is allowed", fastest * 1e3)
                   : std::string("state frame.stiffness_N_mm in the config"));

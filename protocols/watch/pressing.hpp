@@ -52,6 +52,8 @@ class Pressing {
 
   // Takes a stiffness that was measured at contact, on the way back from this force.
   void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
+  // The search measured none. `why`: in a few words.
+  void not_measured(const std::string& why) { not_measured_ = ": " + why; }
   // Whether a contact of this stiffness explains that a motion, ordered to stop at `force_N`, ended
   // at `felt_N`. All forces are beyond rest.
   bool explains(double felt_N, double stiffness_N_m, double force_N, double speed_m_s,
@@ -108,6 +110,7 @@ class Pressing {
   };
   std::optional<Late> late_;
   TravelDigit digit_;
+  std::string not_measured_;
   std::optional<std::string> broken_;
 };
 

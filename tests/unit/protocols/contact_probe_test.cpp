@@ -218,6 +218,13 @@ TEST_F(Probe, TellsNoStiffnessOfAContactThatIsLostAtOnce) {
   EXPECT_TRUE(probe.is_contact());
   probe.conclude_stiffness(look_at(4e-3), kSpeed_m_s);
   EXPECT_FALSE(stiffness().stiffness_N_m);
+  Pressing::State now;
+  now.limits = parts().guard.limits();
+  now.force_max_N = now.limits.force_max_N;
+  const auto refused = parts().pressing->to_force(now, 0.5, 5e-3);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what,
+              HasSubstr("nothing was measured at contact: the first step back, 0.2 um, left it"));
 }
 
 // The drive has lost motion, so the probe goes back only after the play was taken up.

@@ -221,6 +221,24 @@ TEST(ContactSlope, NoMoreIsProvenThanThereIsOfASpecimenThatRelaxes) {
   EXPECT_GT(proven, 0.99 * kRigs);
 }
 
+// The contact was lost after it. Such a way may be none, and two digits may differ by rounding.
+TEST(ContactSlope, IsNotToldOfAWayOfASingleDigit) {
+  constexpr double kDigit_m = 2e-6;
+  for (int place = 1; place <= 1000; ++place) {
+    std::vector<Rest> looks;
+    for (int i = 0; i < 3; ++i) {
+      std::vector<FrameSample> samples(kSamples);
+      for (std::size_t k = 0; k < kSamples; ++k) {
+        samples[k].force_N = 0.35 - 0.15 * i + (k % 2 == 0 ? 1e-3 : -1e-3);
+        samples[k].travel_m = (2 * place - i) * kDigit_m;
+      }
+      looks.emplace_back().add(samples);
+    }
+    const auto slope = contact_slope(looks, 2, 0.35, 0, 0);
+    EXPECT_FALSE(slope) << place << ": at most " << slope->at_most;
+  }
+}
+
 TEST(ContactSlope, WithoutATravelIsNotTold) {
   FrameSample sample;
   sample.force_N = 1;

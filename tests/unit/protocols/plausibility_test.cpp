@@ -118,6 +118,7 @@ TEST(Plausibility, ADriveThatStallsIsNoticedInTwoSeconds) {
   EXPECT_LE(*after, 5 + 2.6);
   EXPECT_GE(*after, 5 + 2);
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  EXPECT_THAT(frame.found->why, HasSubstr("where 0.1 mm/s were ordered"));
 }
 
 // A tenth of a micrometre per second, shown in micrometres: the value changes every ten seconds.
