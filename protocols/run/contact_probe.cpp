@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "protocols/watch/contact_slope.hpp"
 
@@ -39,11 +40,13 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
   const FrameCapabilities caps = run_.contact.frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(run_.guard.limits(), caps).travel_min.si();
-  double step_m = first_step_m(), now_N = pressed_N;
-  for (; step_m < kFarthest_m && std::abs(now_N) > kEnough * std::abs(pressed_N) &&
-         touched_m - step_m > end_m;
-       step_m *= 2) {
-    auto moved = co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed);
+  const double least_m = std::max(kFirstStep_m, kSlopeSigmas * looks_.front().travel_scatter_m());
+  double may_rise_N = this->may_rise_N(), now_N = pressed_N;
+  double step_m = may_rise_N > 0 ? least_m : std::max(least_m, digit_m());
+  while (step_m < kFarthest_m && std::abs(now_N) > kEnough * std::abs(pressed_N) &&
+         touched_m - step_m > end_m) {
+    auto moved =
+        co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed, may_rise_N);
     if (!moved) co_return moved;
     co_await run_.setup.clock.wait_for(kStillArriving);
     auto now = co_await run_.view.watch_rest(kLook);
@@ -51,7 +54,9 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     now_N = left_N(*now);
     looks_.push_back(*now);
     // A contact never presses harder on the way back, so this is none.
-    if (std::abs(now_N) > kMore * std::abs(pressed_N) + kContactSigmas * now->error_N()) break;
+    const double most_N = kMore * std::abs(pressed_N) + std::exchange(may_rise_N, 0);
+    if (std::abs(now_N) > most_N + kContactSigmas * now->error_N()) break;
+    step_m = std::max(2 * step_m, digit_m());
   }
   co_return Result<>();
 }
@@ -80,11 +85,20 @@ Task<Result<>> ContactProbe::look_at_contact() {
   co_return Result<>();
 }
 
-// The first step back must exceed the error of the shown travel, from rounding or noise. Otherwise
-// the probe might be deeper in the specimen after it than before.
-double ContactProbe::first_step_m() const {
-  const double wavers_m = kSlopeSigmas * looks_.front().travel_scatter_m();
-  return std::max({kFirstStep_m, run_.pressing->travel_digit_m(), wavers_m});
+// A step back that is shorter than the digit of the travel may lead deeper into the specimen.
+double ContactProbe::digit_m() const {
+  return run_.pressing->travel_digit_m();
+}
+
+// A drive that looks coarse may be a fine one whose few steps happened to be round, and a step of
+// that digit would leave the contact. So a short step is tried if the force cannot exceed the limit
+// though it leads deeper. Its own travel then tells the digit. By how much the force may rise on
+// it; 0: it is not tried, or needs no trial.
+double ContactProbe::may_rise_N() const {
+  if (run_.pressing->is_sure_of_digit()) return 0;
+  const double felt_N = this->felt_N();
+  const double deepest_N = run_.pressing->forecast().bound().force_after_N(felt_N, digit_m() / 2);
+  return before_.force_N() + deepest_N <= run_.guard.force_max_N() ? deepest_N - felt_N : 0;
 }
 
 bool ContactProbe::is_contact() const {
@@ -152,19 +166,31 @@ std::size_t ContactProbe::touching(const Rest& after) const {
   return static_cast<std::size_t>(lost - looks_.begin());
 }
 
+// In a few words.
+std::string ContactProbe::why_not_measured(std::size_t touching, bool overran) const {
+  if (overran) return "the search overran it by more than its stiffness explains";
+  const auto from_m = looks_.front().travel_m();
+  const auto to_m = looks_.size() > 1 ? looks_[1].travel_m() : std::nullopt;
+  if (touching < 2 && from_m && to_m) {
+    return fmt::format("the first step back, {:.3g} um, left it", (*from_m - *to_m) * 1e6);
+  }
+  return "noise, play or relaxation hide how the force falls on the way back";
+}
+
 void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const {
   const double passed_s = seconds_between(before_, after);
   const double drift_N_s =
       passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
   const double left_N = this->left_N(looks_.front());
-  auto slope = contact_slope(looks_, touching(after), left_N, drift_N_s, relaxes_N_s_);
+  const std::size_t touching = this->touching(after);
+  auto slope = contact_slope(looks_, touching, left_N, drift_N_s, relaxes_N_s_);
   // What relaxes since the probe came in is missing in the slope, and a quick motion feels it.
   if (slope) slope->at_most *= std::max(1.0, felt_N() / left_N);
   // The rise of the force while the frame stopped must fit the slope, too.
   const double noise_N = run_.truth.noise_N();
-  if (slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N)) {
-    slope.reset();
-  }
+  const bool overran =
+      slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N);
+  if (overran) slope.reset();
   StiffnessEvent measured;
   measured.force_N = touched_N();
   if (slope) {
@@ -172,6 +198,8 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
     measured.at_most_N_m = slope->at_most;
     measured.at_least_N_m = slope->at_least;
     run_.pressing->measured(felt_N(), slope->at_most);
+  } else {
+    run_.pressing->not_measured(why_not_measured(touching, overran));
   }
   run_.event(measured);
   // A cell that lies shows itself by this, so it is needed where no slope is known, too.

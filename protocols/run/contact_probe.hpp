@@ -45,7 +45,9 @@ class ContactProbe {
 
  private:
   Task<Result<>> look_at_contact();
-  double first_step_m() const;
+  double digit_m() const;
+  double may_rise_N() const;
+  std::string why_not_measured(std::size_t touching, bool overran) const;
   std::size_t touching(const Rest& after) const;  // how many of the first looks still touch
   double felt_N() const { return touched_N() - before_.force_N(); }
   double left_N(const Rest& look) const { return look.force_N() - before_.force_N(); }

@@ -223,6 +223,7 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   }
   probe.conclude_stiffness(bare, speed_m_s());
   run_.truth.learn_rest(bare);  // the zero may have drifted during the search
+  run_.truth.learn_unpulled(rest_.force_N());
   run_.guard.set_rest_force(bare.force_N(), bare.scatter_N());
   const auto start_m = run_.contact.start_travel_m();
   if (!run_.setup.check_at_contact || !start_m) co_return moved;

@@ -215,7 +215,6 @@ Task<> Finish::tell_load() {
 
 // Words for a load that is left; empty: none is.
 std::string Finish::load_left(const Result<Rest>& rest) const {
-  const double bare_N = run_.truth.bare_N(), zero_doubt_N = run_.truth.zero_doubt_N();
   const std::optional<double> contact_m = run_.contact.travel_m();
   const std::optional<double> travel_m = rest ? rest->travel_m() : run_.view.travel_m();
   // The search stood at the place of contact, which lies inside a specimen that it ran into.
@@ -225,8 +224,8 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
   const bool surely = clear_m > kFarClear_m && run_.truth.knows_contact();
   const bool obeys = losses_.frame_away() == nullptr && !run_.drive.hands_off();
   // Clear of the specimen, a force counts as load only beyond the error of the cell's zero.
-  const double doubt_N = clear ? zero_doubt_N : 0;
-  const bool pulls = rest && run_.truth.is_loaded(2 * bare_N - rest->force_N() - zero_doubt_N);
+  const double doubt_N = clear ? run_.truth.zero_doubt_N() : 0;
+  const bool pulls = rest && run_.truth.is_pulled(rest->force_N());
   const bool loaded = rest && run_.truth.is_loaded(rest->force_N() - doubt_N);
   if (obeys && clear && !pulls && !loaded) return {};
   if (obeys && rest && surely && !pulls) {
@@ -238,13 +237,13 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
   if (losses_.frame_away() != nullptr || !rest || run_.guard.is_distrusted()) {
     return std::string(kUnknown);
   }
-  const double felt_N = rest->force_N() - bare_N;
   if (run_.truth.is_loaded(rest->force_N())) {
     return fmt::format(
         "the specimen is still loaded with about {:.3f} N: drive the frame away from it "
         "at the machine",
-        felt_N);
+        rest->force_N() - run_.truth.most_bare_N());
   }
+  const double felt_N = rest->force_N() - run_.truth.bare_N();
   if (pulls) {
     return fmt::format(
         "the load cell shows about {:.3f} N less than unloaded: the specimen pulls at the probe, "

@@ -44,6 +44,7 @@ void FrameTruth::learn_rest(const Rest& rest, Under under) {
   if (under == Under::nothing) {
     bare_ = rest;
     moved_zero_N_ = 0;
+    unpulled_N_.reset();
   }
   if (!plausible_) return;
   if (rest.drifts()) {
@@ -70,10 +71,17 @@ void FrameTruth::learn_scatter(const Rest& rest) {
   log_.event(EventKind::watch, to_json(plausible_->figures()).dump());
 }
 
-bool FrameTruth::is_loaded(double force_N) const {
+double FrameTruth::load_doubt_N() const {
   const double noise_N = bare_ ? bare_->scatter_N() : 0;
-  const double allowed_N = std::max(5 * noise_N, 0.01 * setup_.limits.force_max_N);
-  return force_N - bare_N() > allowed_N;
+  return std::max(5 * noise_N, 0.01 * setup_.limits.force_max_N);
+}
+
+bool FrameTruth::is_loaded(double force_N) const {
+  return force_N - most_bare_N() > load_doubt_N();
+}
+
+bool FrameTruth::is_pulled(double force_N) const {
+  return bare_N() - force_N - zero_doubt_N() > load_doubt_N();
 }
 
 double FrameTruth::zero_doubt_N() const {
@@ -89,6 +97,7 @@ Plausibility::Motion FrameTruth::motion_now(double direction, double speed_m_s) 
   // For a motion into the specimen the last known force counts, however old it is.
   m.force_known = direction >= 0 || view_.shows_force();
   m.rest_N = rest_N();
+  m.free_N = most_bare_N();
   const double felt_N = std::abs(m.force_N - m.rest_N);
   // The force of a frame that hunts in contact varies by more than the noise of its cell.
   const double noise_N =

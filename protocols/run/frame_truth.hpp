@@ -24,6 +24,7 @@ struct MotionOrder {
   std::optional<double> travel_m, force_N;  // one of them is the target
   int side = 0;  // for a force target: at least (1), at most (-1), within (0)
   double waver_N = 0;  // of a force loop, to either side
+  bool by_contact = false;  // it stops where the contact must have shown the force
   bool either_side = false;  // a fall to the lower force limit is an end, too
 };
 
@@ -37,6 +38,9 @@ class FrameTruth {
   // The unloaded cell.
   enum class Under { nothing, perhaps_contact };  // what the probe touches
   void learn_rest(const Rest& rest, Under under = Under::nothing);
+  // Call after learn_rest of a look near a specimen that was touched. `force_N` is that of a look
+  // when nothing had been touched.
+  void learn_unpulled(double force_N) { unpulled_N_ = force_N; }
   // Call when the force was zeroed while the probe pressed. `taken_N` is the force that it removed.
   void learn_zero_under_load(double taken_N) { moved_zero_N_ += taken_N; }
   void learn_scatter(const Rest& rest);  // also for a cell that may be loaded
@@ -47,10 +51,15 @@ class FrameTruth {
   double sure_noise_N() const { return std::max(noise_N(), scatter_.sure_noise_N()); }
   // The force that the cell shows when certainly nothing presses.
   double bare_N() const { return (bare_ ? bare_->force_N() : 0) - moved_zero_N_; }
+  // The same, at most: a specimen that sticks may have pulled at the probe when it was measured.
+  double most_bare_N() const {
+    return unpulled_N_ ? std::max(bare_N(), *unpulled_N_ - moved_zero_N_) : bare_N();
+  }
   // True until the cell's digits were seen to change. No motion may press before that.
   bool needs_look() const { return plausible_ && !scatter_.alive; }
   void see_alive(const Rest& rest) { scatter_ = ForceScatter(rest); }
   bool is_loaded(double force_N) const;  // whether the force is more than an unloaded cell shows
+  bool is_pulled(double force_N) const;  // whether it is less, whatever the cell's zero does
   double zero_doubt_N() const;  // how far the cell's zero may drift
 
   // Orders to the frame.
@@ -87,6 +96,7 @@ class FrameTruth {
   std::optional<double> furthest_m(double force_N) const;
 
  private:
+  double load_doubt_N() const;
   std::string disagreement(const MotionOrder& order, const MotionOutcome& outcome) const;
 
   const RunSetup& setup_;
@@ -99,6 +109,7 @@ class FrameTruth {
   double drift_N_s_ = 0;  // known drift of the cell, a magnitude
   std::optional<Rest> rest_, bare_;
   double moved_zero_N_ = 0;  // taken out by zeros since bare_ was measured
+  std::optional<double> unpulled_N_;
 };
 
 }  // namespace lcrig

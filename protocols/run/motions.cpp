@@ -14,7 +14,8 @@ namespace lcrig {
 namespace {
 
 // Turns every end other than `target` into an error, which stops the protocol.
-Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) {
+Result<MotionOutcome> judge_end(const std::string& step, const MotionOrder& order,
+                                MotionOutcome outcome) {
   // The device's own words.
   const std::string said = outcome.detail.empty() ? "" : ": " + outcome.detail;
   switch (outcome.reason) {
@@ -23,6 +24,12 @@ Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) 
       return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit{}", step,
                   said);
     case MotionEnd::travel_limit:
+      if (order.by_contact && order.force_N) {
+        return fail(Errc::limit_tripped,
+                    "step {}: the frame stopped where the contact that was found must show "
+                    "{:.4g} N at least: the load cell shows too little, or the specimen gave way{}",
+                    step, *order.force_N, said);
+      }
       return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit{}", step,
                   said);
     case MotionEnd::stopped:
@@ -63,7 +70,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   const double end_N = outcome->force_N.value_or(view_.force_N().value_or(0));
   const bool fell = end_N < order.motion.force_N;
   if (order.either_side && outcome->reason == MotionEnd::force_limit && fell) co_return *outcome;
-  co_return judge_end(log_.step_id(), std::move(*outcome));
+  co_return judge_end(log_.step_id(), order, std::move(*outcome));
 }
 
 void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
@@ -142,7 +149,8 @@ tl::unexpected<Error> Motions::refused(const Error& error) const {
   return fail(error.code, "step {}: {}", log_.step_id(), error.what);
 }
 
-Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit limit) {
+Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit limit,
+                                  double may_rise_N) {
   const auto here_m = view_.travel_m();
   if (guard_.is_distrusted() && here_m && travel_m > *here_m) {
     log_.event(EventKind::skipped,
@@ -163,6 +171,7 @@ Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit l
   const bool away = here_m && travel_m <= *here_m;
   order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s);
   order.motion.target_m = travel_m;
+  if (away) order.motion.against_N += may_rise_N;
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
   auto outcome = co_await watched(order, permit, std::move(motion), limit);
   if (!outcome) co_return fail(outcome.error());
@@ -181,8 +190,9 @@ Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_
     order.either_side = true;
     const double fall_N = order.motion.force_N - search->least_N;
     order.motion.against_N = std::max(order.motion.against_N, 2 * fall_N);
-  } else if (const auto end_m = truth_.furthest_m(force_N)) {
-    guard = std::min(guard, Length::from_si(*end_m));
+  } else if (const auto end_m = truth_.furthest_m(force_N); end_m && *end_m < guard.si()) {
+    guard = Length::from_si(*end_m);
+    order.by_contact = true;
   }
   auto motion =
       setup_.frame.move_until_force(Force::from_si(force_N), Velocity::from_si(speed_m_s), guard);

@@ -40,7 +40,9 @@ class Motions {
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
   // limit_tripped, aborted, refused (also when the frame is not where it reports to be).
-  Task<Result<>> to_travel(double travel_m, double speed_m_s, TimeLimit limit);
+  // `may_rise_N`: how much more the force may rise on a way away before the drive is not believed.
+  Task<Result<>> to_travel(double travel_m, double speed_m_s, TimeLimit limit,
+                           double may_rise_N = 0);
   // Moves towards the specimen if the force has to grow, otherwise away from it.
   Task<Result<>> to_force(double force_N, double speed_m_s, TimeLimit limit);
   Task<Result<>> ramp_to_force(double force_N, double rate_N_s, TimeLimit limit);

@@ -11,6 +11,7 @@ namespace lcrig {
 namespace {
 
 constexpr double kLeastFall = 0.05;  // of the force: a smaller fall shows no motion
+constexpr double kBeyondDigit = 1.01;  // digits of the travel; a way of one digit may be none
 constexpr double kClearDrop = 3;  // in units of its error: a smaller drop gives no slope
 
 // The fall of the force from one look to a later one.
@@ -24,15 +25,16 @@ struct Drop {
     return std::max(0.0, force_N - error_N - relaxed_N) / (way_m + resolution_m);
   }
 
-  bool is_clear() const { return force_N >= kClearDrop * error_N && way_m > resolution_m; }
+  bool is_clear() const { return force_N >= kClearDrop * error_N && is_sure_way(); }
+  bool is_sure_way() const { return way_m > kBeyondDigit * resolution_m; }
   ContactSlope slope() const {
     ContactSlope s;
     if (way_m > 0) s.about = force_N / way_m;
     if (way_m + resolution_m > 0) {
       s.at_least = std::max(0.0, (force_N - error_N) / (way_m + resolution_m));
     }
-    s.at_most = way_m > resolution_m ? (std::max(0.0, force_N) + error_N) / (way_m - resolution_m)
-                                     : std::numeric_limits<double>::infinity();
+    s.at_most = is_sure_way() ? (std::max(0.0, force_N) + error_N) / (way_m - resolution_m)
+                              : std::numeric_limits<double>::infinity();
     return s;
   }
 };

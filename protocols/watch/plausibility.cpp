@@ -213,7 +213,7 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
   }
   if (force_N < limit_N) follows_until_ = MonoTime();  // it falls, so the filter has followed
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
-  const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
+  const double most_N = std::max({motion_.force_N, motion_.rest_N, motion_.free_N}) + allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {
     return Contradiction(
         Disbelief::drive,
@@ -275,8 +275,9 @@ std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sam
       fmt::format("the frame does not move as it was told to, and does not say that it stands: "
                   "{:.4f} mm in the last {:.1f} s{}",
                   way_m * 1e3, dt,
-                  motion_.speed_m_s > 0 ? fmt::format(", at {:.4g} mm/s", motion_.speed_m_s * 1e3)
-                                        : std::string()));
+                  motion_.speed_m_s > 0
+                      ? fmt::format(", where {:.4g} mm/s were ordered", motion_.speed_m_s * 1e3)
+                      : std::string()));
 }
 
 std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sample) {

@@ -23,6 +23,7 @@ Pressing::Permit Pressing::away(const State& now) const {
   permit.limits.force_max = Force::from_si(now.force_max_N);
   permit.guard = permit.limits.travel_max;
   permit.worst_N = now.force_N.value_or(0);
+  permit.from_m = now.travel_m;
   return permit;
 }
 
@@ -30,12 +31,14 @@ Result<> Pressing::check(double worst_N, const State& now, double force_N, doubl
   if (broken_) return fail(Errc::limit_tripped, "{}", *broken_);
   if (!exceeds(worst_N, now.force_max_N)) return {};
   const double fastest = forecast_.fastest_m_s(force_N - now.rest_N, now.force_max_N - now.rest_N);
+  const std::string measured = forecast_.is_measured()
+                                   ? "as measured at contact"
+                                   : "nothing was measured at contact" + not_measured_;
   return fail(
       Errc::invalid_request,
-      "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm{}, the "
+      "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm ({}), the "
       "limit is {:.4g} N: {}",
-      speed_m_s * 1e3, force_N, worst_N, forecast_.bound().stiffness_N_m(worst_N) * 1e-3,
-      forecast_.is_measured() ? " (as measured at contact)" : " (nothing was measured at contact)",
+      speed_m_s * 1e3, force_N, worst_N, forecast_.bound().stiffness_N_m(worst_N) * 1e-3, measured,
       now.force_max_N,
       fastest > 0 ? fmt::format("at most {:.3g} mm/s is allowed", fastest * 1e3)
                   : std::string("state frame.stiffness_N_mm in the config"));
@@ -125,7 +128,7 @@ bool Pressing::explains(double felt_N, double stiffness_N_m, double force_N, dou
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
-  digit_.begin();
+  digit_.begin(permit.from_m);
   if (permit.presses) late_.reset();
 }
 

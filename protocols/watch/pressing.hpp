@@ -31,6 +31,7 @@ class Pressing {
     double worst_N = 0;  // largest force until it stands
     std::optional<double> expected_N;
     bool presses = false;  // it may end in the specimen
+    std::optional<double> from_m;  // travel at its beginning
   };
   struct State {  // at the start of a motion
     State() = default;
@@ -51,6 +52,8 @@ class Pressing {
 
   // Takes a stiffness that was measured at contact, on the way back from this force.
   void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
+  // The search measured none. `why`: in a few words.
+  void not_measured(const std::string& why) { not_measured_ = ": " + why; }
   // Whether a contact of this stiffness explains that a motion, ordered to stop at `force_N`, ended
   // at `felt_N`. All forces are beyond rest.
   bool explains(double felt_N, double stiffness_N_m, double force_N, double speed_m_s,
@@ -77,8 +80,9 @@ class Pressing {
   std::optional<Comparison> add(std::span<const FrameSample> samples);
   // The force loop may raise the force from now on, so it tells nothing of the last motion.
   void leave_to_loop() { late_.reset(); }
-  // The last digit of the travel, as seen in motions; 0: unknown.
+  // The last digit of the travel, as coarse as motions allow; 0: fine.
   double travel_digit_m() const { return digit_.digit_m(); }
+  bool is_sure_of_digit() const { return digit_.is_sure(); }
   // nullopt: there is nothing to compare, because the motion was not meant to stop at a force, or
   // it ended earlier and within its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
@@ -106,6 +110,7 @@ class Pressing {
   };
   std::optional<Late> late_;
   TravelDigit digit_;
+  std::string not_measured_;
   std::optional<std::string> broken_;
 };
 

@@ -5,15 +5,17 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace lcrig {
 
 namespace {
 
-constexpr int kSureChanges = 5;  // with fewer changes a larger divisor may be chance
-constexpr double kLeastChange_m = 5e-9;  // smaller changes come from travels that are sent in whole
-                                         // nanometres
-constexpr double kMultiple = 0.05;  // of a digit: deviation from a multiple by rounding
+constexpr int kSureChanges = 5;
+constexpr std::size_t kEnoughSteps = 50;  // different ones
+constexpr double kRounded_m = 1.2e-9;  // error of a step between travels sent in whole nanometres
+constexpr double kLeastStep_m = 5e-9;  // smaller steps come from this rounding
+constexpr double kFinestDigit_m = 0.05e-6;  // a finer one is less than any step of a run
 constexpr double kLeastDigit_N = 1e-9;  // below the resolution of any cell
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
 constexpr std::size_t kInBatch = 3;  // samples, at least
@@ -183,24 +185,42 @@ void TravelStep::add(std::optional<double> travel_m) {
   if (step > kLeastDigit_m && (!step_m_ || step < *step_m_)) step_m_ = step;
 }
 
-// Uses Euclid's algorithm for the greatest common divisor.
 void TravelDigit::add(double travel_m) {
-  const std::optional<double> last_step_m = last_step_m_;
-  if (last_m_) last_step_m_ = travel_m - *last_m_;
-  last_m_ = travel_m;
-  double change_m = last_step_m ? std::abs(*last_step_m_ - *last_step_m) : 0;
-  if (change_m < kLeastChange_m) return;
-  ++changes_;
-  while (change_m > 0) {
-    const double larger_m = std::max(common_m_, change_m);
-    common_m_ = common_m_ > 0 ? std::min(common_m_, change_m) : change_m;
-    const double left_m = std::abs(std::remainder(larger_m, common_m_));
-    change_m = left_m > std::min(kMultiple * common_m_, 2 * kLeastChange_m) ? left_m : 0;
+  const std::optional<double> last_m = std::exchange(last_m_, travel_m);
+  if (!last_m) return;
+  const double step_m = std::abs(travel_m - *last_m);
+  const double last_step_m = std::exchange(last_step_m_, step_m).value_or(step_m);
+  if (std::abs(step_m - last_step_m) > kLeastStep_m) ++changes_;
+  if (step_m < kLeastStep_m) return;
+  ++steps_;
+  const auto is_same = [=](double known_m) { return std::abs(known_m - step_m) < kRounded_m; };
+  if (steps_m_.size() < kEnoughSteps && std::ranges::none_of(steps_m_, is_same)) {
+    steps_m_.push_back(step_m);
   }
 }
 
+// A part of the shortest step is as exact as this step, so its multiples are less exact.
+bool TravelDigit::all_are_multiples_of(double length_m) const {
+  const double least_m = std::ranges::min(steps_m_);
+  return std::ranges::all_of(steps_m_, [=](double step_m) {
+    const double left_m = std::abs(std::remainder(step_m, length_m));
+    return left_m <= kRounded_m * (1 + step_m / least_m);
+  });
+}
+
+bool TravelDigit::is_sure() const {
+  return changes_ >= kSureChanges;
+}
+
 double TravelDigit::digit_m() const {
-  return changes_ >= kSureChanges && common_m_ <= kCoarsestDigit_m ? common_m_ : 0;
+  if (steps_m_.empty()) return kCoarsestDigit_m;
+  const double least_m = std::ranges::min(steps_m_);
+  if (steps_ == 1 && least_m > kCoarsestDigit_m) return kCoarsestDigit_m;  // not known
+  double parts = std::ceil((least_m - kRounded_m) / kCoarsestDigit_m);
+  for (; least_m / parts > kFinestDigit_m; ++parts) {
+    if (all_are_multiples_of(least_m / parts)) return least_m / parts;
+  }
+  return 0;
 }
 
 }  // namespace lcrig

@@ -104,18 +104,28 @@ class TravelStep {
   std::optional<double> last_m_, step_m_;
 };
 
-// Finds the last digit of a travel while it moves: all differences between successive steps are
-// multiples of it. The steps themselves do not show it, because at one speed they may all be equal.
+// Finds how coarse the last digit of a travel can be: it is at most the longest length of which all
+// steps between shown travels are multiples. At one speed all steps of a motion may be equal, but a
+// fine drive begins and ends it anywhere within a step. A coarse one never leaves its grid.
 class TravelDigit {
  public:
-  void begin() { last_m_.reset(), last_step_m_.reset(); }  // call it when a motion begins
+  // A motion begins at this travel. The zero may have changed since the last one.
+  void begin(std::optional<double> travel_m) {
+    last_m_ = travel_m;
+    last_step_m_.reset();
+  }
   void add(double travel_m);
-  double digit_m() const;  // 0: unknown
+  // At most so large, and at most kCoarsestDigit_m; 0: too fine to matter.
+  double digit_m() const;
+  // Whether there were so many changes of the step that it is hardly less.
+  bool is_sure() const;
 
  private:
+  bool all_are_multiples_of(double length_m) const;
+
   std::optional<double> last_m_, last_step_m_;
-  double common_m_ = 0;
-  int changes_ = 0;
+  int steps_ = 0, changes_ = 0;
+  std::vector<double> steps_m_;  // different ones
 };
 
 }  // namespace lcrig

@@ -226,6 +226,47 @@ TEST(LyingRig, TheTolerancesAreOfThePlanAndStoredWithTheRun) {
   EXPECT_LT(watch.at("frozen_force_s"), 1.0);
 }
 
+constexpr const char* kPad =
+    R"({ "format": "specimen/1", "name": "pad", "disc_diameter_mm": 4, "faces": "free",
+    "materials": { "P": { "relative_permittivity": 2.75, "youngs_modulus_kPa": 3687.87,
+    "poisson_ratio": 0.495 } },
+    "capacitors": [ { "layers": [ { "material": "P", "thickness_um": 161.4 } ] } ] })";
+
+// The first step back of a coarse travel leaves this contact at once, so its slope is not known.
+// That the force fell there proves enough for the watch.
+TEST(LyingRig, AForceThatIsHeldIsNoticedThoughTheStiffnessOfTheContactIsNotKnown) {
+  constexpr double kHardLimit_N = 5;
+  LyingWorld world(
+      R"({ "format": "load-protocol/1", "name": "hard",
+      "limits": { "force_N": [-0.3, 5], "gap_mm": [-1, 4], "speed_mm_s": 2 },
+      "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1,
+      "aperture": "fast" }, "frame": { "rate_Hz": 50 } },
+      "steps": [ { "id": "zero", "do": "zero", "force": true },
+      { "id": "contact", "do": "find_contact", "speed_mm_s": 0.02, "force_N": 0.15,
+      "back_off_mm": 0.1, "timeout_s": 600, "within_mm": 1 },
+      { "id": "load", "do": "move_until", "until": { "force_N": 2 }, "speed_mm_s": 0.01,
+      "timeout_s": 600 } ],
+      "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 1 }, "speed_mm_s": 0.3,
+      "timeout_s": 250 } ] })");
+  world.bench = *parse_bench(
+      R"({ "format": "bench/1", "name": "hard", "error_tolerance": 0.5,
+      "fixture": { "probe_diameter_mm": 4 }, "frame": { "contact_travel_mm": 0.2,
+      "stiffness_N_mm": 1679.53, "travel_resolution_um": 2 }, "meter": {} })",
+      "hard");
+  world.specimen_name = "pad";
+  world.specimen_text = kPad;
+  world.lie_in("load", 0ms, [](auto& l) { l.force_held = true; });
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind = 'stiffness' AND "
+                        "detail LIKE '%\"at_least_N_m\":null%'"),
+            1);
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
+  EXPECT_THAT(r->reason, HasSubstr("does not follow the way into the specimen"));
+  EXPECT_LT(world.largest_true_N(), kHardLimit_N);
+  EXPECT_LT(world.true_N(), 0.01) << r->reason;
+}
+
 // A pad on a stiff frame that stops late: the search is slowed down to about 0.9 um/s. The travel
 // is shown in digits of `digit_um`, and no motion has shown them yet.
 class CoarseWorld final : public SessionWorld {
@@ -243,11 +284,7 @@ class CoarseWorld final : public SessionWorld {
             contact_mm, digit_um),
         "coarse");
     specimen_name = "pad";
-    specimen_text =
-        R"({ "format": "specimen/1", "name": "pad", "disc_diameter_mm": 4, "faces": "free",
-        "materials": { "P": { "relative_permittivity": 2.75, "youngs_modulus_kPa": 3687.87,
-        "poisson_ratio": 0.495 } },
-        "capacitors": [ { "layers": [ { "material": "P", "thickness_um": 161.4 } ] } ] })";
+    specimen_text = kPad;
   }
   double peak_N() const {
     return session->instruments().door()->plant()->peak_answered_N(clock.now());

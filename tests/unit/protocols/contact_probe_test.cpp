@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "tests/support/relaxing_contact.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
@@ -93,6 +94,7 @@ TEST_F(Probe, OfAForceThatWasGoneOnceTheFrameStoodIsNoContact) {
 }
 
 TEST_F(Probe, StopsWhereTheForceRisesOnTheWayBack) {
+  show_digit({100e-6, 99.9e-6, 99.8e-6});
   touch([](double travel_m) { return travel_m < kTouched_m - 1e-7 ? 0.1 : kThreshold_N; });
   step_back();
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 1);
@@ -120,6 +122,48 @@ TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
   ASSERT_TRUE(stepped) << stepped.error().what;
   EXPECT_LE(highest_N, spring(kTouched_m));
   EXPECT_TRUE(probe.is_contact());
+}
+
+// A search of few steps: 0.2 um back leads deeper, and the next step is of a digit.
+TEST_F(Probe, OfACoarseTravelThatIsNotSureTriesAShortStepAndThenOneOfADigit) {
+  frame.digit_m = 7e-6;
+  show_digit({100e-6, 60e-6, 20e-6});
+  double highest_N = 0;
+  touch([&](double travel_m) {
+    highest_N = std::max(highest_N, spring(travel_m));
+    return spring(travel_m);
+  });
+  const auto stepped = run(probe.step_back(5.005e-3));
+  ASSERT_TRUE(stepped) << stepped.error().what;
+  EXPECT_LE(highest_N, spring(kTouched_m + frame.digit_m / 2));
+  EXPECT_TRUE(probe.is_contact());
+  EXPECT_EQ(events_of("contradiction"), 0);
+  EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 2);
+}
+
+// On a contact that may be so stiff that this would go beyond the limit.
+TEST_F(Probe, OfACoarseTravelOnAStiffContactStepsBackByADigit) {
+  frame.digit_m = 7e-6;
+  const FrameCapabilities& caps = frame.capabilities();
+  setup().pressing.emplace(Forecast(caps, ForceBound({}, 600e3), {}), caps);
+  show_digit({100e-6, 60e-6, 20e-6});
+  double highest_N = 0;
+  touch([&](double travel_m) {
+    highest_N = std::max(highest_N, spring(travel_m));
+    return spring(travel_m);
+  });
+  EXPECT_TRUE(run(probe.step_back(5.005e-3)));
+  EXPECT_LE(highest_N, spring(kTouched_m));
+  EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 1);
+}
+
+// Its few steps were round figures.
+TEST_F(Probe, OfAFineTravelThatLooksCoarseStepsBackByLittle) {
+  frame.digit_m = 1e-7;
+  show_digit({100e-6, 60e-6, 20e-6});
+  touch(spring);
+  step_back();
+  EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 4) << "0.2, 0.4, 0.8 and 1.6 um";
 }
 
 TEST_F(Probe, PassesOnThatTheFrameIsSilent) {
@@ -174,6 +218,13 @@ TEST_F(Probe, TellsNoStiffnessOfAContactThatIsLostAtOnce) {
   EXPECT_TRUE(probe.is_contact());
   probe.conclude_stiffness(look_at(4e-3), kSpeed_m_s);
   EXPECT_FALSE(stiffness().stiffness_N_m);
+  Pressing::State now;
+  now.limits = parts().guard.limits();
+  now.force_max_N = now.limits.force_max_N;
+  const auto refused = parts().pressing->to_force(now, 0.5, 5e-3);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what,
+              HasSubstr("nothing was measured at contact: the first step back, 0.2 um, left it"));
 }
 
 // The drive has lost motion, so the probe goes back only after the play was taken up.
@@ -192,59 +243,6 @@ TEST_P(ProbeWithPlay, TakesTheContactForNoSofterThanItIs) {
 
 INSTANTIATE_TEST_SUITE_P(um, ProbeWithPlay, testing::Values(0.3, 0.5, 0.7, 1, 1.3, 2, 3, 5, 10));
 
-// A drive with lost motion, and a specimen whose force falls at constant travel. The fall looks as
-// if the way back had begun to unload it.
-struct RelaxingRig {
-  double stiffness_N_m = 400e3;  // once it has relaxed
-  double falls = 0.35;  // part of the force
-  double relaxes_s = 1.4;  // time constant
-  double play_m = 3.3e-6;
-  double felt_N = 0.4;  // where the search stopped
-  double approach_s = 0.06;  // from the first touch to there
-  double quick_N_m() const { return stiffness_N_m / (1 - falls); }
-};
-
-class RelaxingContact {
- public:
-  // Drives in from the first touch at constant speed.
-  RelaxingContact(const Clock& clock, const RelaxingRig& rig, double contact_m)
-      : clock_(clock), rig_(rig), contact_m_(contact_m), at_m_(contact_m), last_(clock.now()) {
-    constexpr int kSteps = 1000;
-    const double step_m = rig.felt_N / rig.stiffness_N_m / kSteps;
-    while (felt_N() < rig.felt_N) {
-      relax(rig.approach_s / kSteps);
-      move(at_m_ + step_m);
-    }
-  }
-  double touched_m() const { return at_m_; }
-  double force_at(double travel_m) {
-    relax(to_seconds(clock_.now() - last_));
-    last_ = clock_.now();
-    move(std::clamp(at_m_, travel_m, travel_m + rig_.play_m));
-    return felt_N();
-  }
-  double depth_m() const { return at_m_ - contact_m_; }
-
- private:
-  double felt_N() const {
-    const double elastic_N = rig_.stiffness_N_m * std::max(0.0, depth_m());
-    return depth_m() > 0 ? std::max(0.0, elastic_N + branch_N_) : 0;
-  }
-  void relax(double s) { branch_N_ *= std::exp(-s / rig_.relaxes_s); }
-  void move(double to_m) {
-    const double way_m = std::max(to_m, contact_m_) - std::max(at_m_, contact_m_);
-    branch_N_ += (rig_.quick_N_m() - rig_.stiffness_N_m) * way_m;
-    at_m_ = to_m;
-  }
-
-  const Clock& clock_;
-  const RelaxingRig rig_;
-  const double contact_m_;
-  double at_m_;
-  double branch_N_ = 0;  // of the part that relaxes
-  MonoTime last_;
-};
-
 class ProbeOfRelaxing : public Probe {
  protected:
   ProbeOfRelaxing() { frame.sample_period = std::chrono::milliseconds(20); }
@@ -253,9 +251,11 @@ class ProbeOfRelaxing : public Probe {
     const FrameCapabilities& caps = frame.capabilities();
     const ForceBound expected({}, rig.stiffness_N_m);
     setup().pressing.emplace(Forecast(caps, ForceBound({}, 2 * rig.quick_N_m()), expected), caps);
-    RelaxingContact contact(clock, rig, kContact_m);
+    frame.force_at = nullptr;
+    show_digit({100e-6, 99.9e-6, 99.8e-6});
+    RelaxingContact contact(rig, kContact_m, clock.now());
     frame.travel_m = contact.touched_m();
-    frame.force_at = [&contact](double travel_m) { return contact.force_at(travel_m); };
+    frame.force_at = [&](double travel_m) { return contact.force_at(travel_m, clock.now()); };
     ContactProbe relaxing(parts(), before_, rig.felt_N);
     const auto stepped = run(relaxing.step_back(frame.travel_m));
     EXPECT_TRUE(stepped) << stepped.error().what;

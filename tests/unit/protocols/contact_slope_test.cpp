@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/relaxing_contact.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -118,6 +120,122 @@ TEST(ContactSlope, LessIsProvenWhereverTheForceFell) {
       EXPECT_GE(proven_N_m, (play_m > 0 ? 0.2 : 0.8) * drive.stiffness_N_m)
           << play_m << ", seed " << seed;
     }
+  }
+}
+
+// The looks of a probe at a specimen that relaxes: some at contact, then one after each step back,
+// with noise and drift of the cell.
+class RelaxingWayBack {
+ public:
+  struct Cell {
+    double noise_N = 5e-4, drift_N_s = 0, digit_m = 1e-7;
+  };
+
+  RelaxingWayBack(const RelaxingRig& rig, const Cell& cell, std::size_t looks_at_contact,
+                  unsigned seed)
+      : cell_(cell), random_(seed), contact_(rig, kContact_m, MonoTime()) {
+    const double touched_m = std::round(contact_.touched_m() / cell.digit_m) * cell.digit_m;
+    look_at_contact(looks_at_contact);
+    const double felt_N = looks_.front().force_N();
+    double step_m = std::max(2e-7, cell.digit_m);
+    for (; step_m < 5e-4 && looks_.back().force_N() > 0.3 * felt_N; step_m *= 2) {
+      travel_m_ = touched_m - step_m;
+      now_ += from_seconds(0.1 + step_m / 1e-5);
+      looks_.push_back(look());
+    }
+  }
+  double proven_N_m() const {
+    const double drift_N_s = std::abs(cell_.drift_N_s);
+    return proven_stiffness_N_m(looks_, looks_.front().force_N(), drift_N_s, relaxes_N_s_);
+  }
+
+ private:
+  static constexpr double kContact_m = 5e-3;
+
+  void look_at_contact(std::size_t looks) {
+    travel_m_ = contact_.touched_m();
+    std::vector<Rest> seen(1, look());
+    while (seen.size() < looks) {
+      const Rest now = look();
+      for (const Rest& before : seen) {
+        relaxes_N_s_ = std::min(relaxes_N_s_, fastest_fall_N_s(before, now));
+      }
+      seen.push_back(now);
+    }
+    looks_.push_back(seen.back());
+  }
+  Rest look() {
+    std::normal_distribution<double> noise(0, cell_.noise_N);
+    std::vector<FrameSample> samples(kSamples);
+    for (FrameSample& s : samples) {
+      now_ += std::chrono::milliseconds(20);
+      const double drifted_N = cell_.drift_N_s * to_seconds(now_.time_since_epoch());
+      s.received = now_;
+      s.force_N = contact_.force_at(travel_m_, now_) + drifted_N + noise(random_);
+      s.travel_m = std::round(travel_m_ / cell_.digit_m) * cell_.digit_m;
+    }
+    Rest rest;
+    rest.add(samples);
+    return rest;
+  }
+
+  const Cell cell_;
+  std::mt19937 random_;
+  RelaxingContact contact_;
+  MonoTime now_{};
+  double travel_m_ = 0;
+  double relaxes_N_s_ = HUGE_VAL;
+  std::vector<Rest> looks_;
+};
+
+// What is proven decides whether a cell is believed, so it must not be too much: no more than the
+// specimen gives back quickly. Errors of three standard deviations and a digit are taken off, so
+// the largest share was 0.98.
+TEST(ContactSlope, NoMoreIsProvenThanThereIsOfASpecimenThatRelaxes) {
+  std::mt19937 random(5);
+  const auto even = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
+  const auto over_decades = [&](double low, double high) {
+    return std::exp(even(std::log(low), std::log(high)));
+  };
+  constexpr unsigned kRigs = 4000;
+  unsigned proven = 0;
+  for (unsigned i = 0; i < kRigs; ++i) {
+    RelaxingRig rig;
+    rig.stiffness_N_m = over_decades(5e3, 600e3);
+    rig.falls = even(0, 0.4);
+    rig.relaxes_s = over_decades(0.3, 2);
+    rig.play_m = i % 4 == 0 ? 0 : even(0, 20e-6);
+    rig.felt_N = even(0.1, 0.95);
+    rig.approach_s = over_decades(0.02, 20);
+    RelaxingWayBack::Cell cell;
+    cell.noise_N = over_decades(1e-4, 5e-3);
+    cell.drift_N_s = even(-2e-3, 2e-3);
+    cell.digit_m = i % 5 == 0 ? 1e-6 : 1e-7;
+    const RelaxingWayBack way(rig, cell, 2 + i % 5, i);
+    const double share = way.proven_N_m() / rig.quick_N_m();
+    if (share > 0) ++proven;
+    EXPECT_LE(share, 1) << "rig " << i;
+  }
+  EXPECT_GT(proven, 0.99 * kRigs);
+}
+
+// The contact was lost after it. Such a way may be none, and two digits may differ by rounding.
+TEST(ContactSlope, IsNotToldOfAWayOfASingleDigit) {
+  constexpr double kDigit_m = 2e-6;
+  for (int place = 1; place <= 1000; ++place) {
+    std::vector<Rest> looks;
+    for (int i = 0; i < 3; ++i) {
+      std::vector<FrameSample> samples(kSamples);
+      for (std::size_t k = 0; k < kSamples; ++k) {
+        samples[k].force_N = 0.35 - 0.15 * i + (k % 2 == 0 ? 1e-3 : -1e-3);
+        samples[k].travel_m = (2 * place - i) * kDigit_m;
+      }
+      looks.emplace_back().add(samples);
+    }
+    const auto slope = contact_slope(looks, 2, 0.35, 0, 0);
+    EXPECT_FALSE(slope) << place << ": at most " << slope->at_most;
   }
 }
 

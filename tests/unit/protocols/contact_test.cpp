@@ -61,6 +61,26 @@ TEST_F(Contact, IsRefusedWhereTheWayBackStillPresses) {
   EXPECT_GE(parts().contact.depth_m(), 1e-3);
 }
 
+// The way back ends while it still pulls with 45 mN, which lies within the place of contact.
+TEST_F(Contact, WithASpecimenThatSticksLeavesTheCellUnloadedOnceItLetsGo) {
+  frame.force_at = [](double travel_m) {
+    static constexpr double kSticks_m = 0.2e-3;
+    const bool sticks = travel_m < kContact_m && travel_m > kContact_m - kSticks_m;
+    return sticks ? -0.045 : specimen(travel_m);
+  };
+  frame.travel_m = 4e-3;
+  find.back_off = Number(0.05e-3);
+  const auto found = search();
+  ASSERT_TRUE(found) << found.error().what;
+  const FrameTruth& truth = parts().truth;
+  EXPECT_NEAR(truth.bare_N(), -0.045, 1e-3);
+  EXPECT_FALSE(truth.is_loaded(0));
+  EXPECT_FALSE(truth.is_pulled(-0.045));
+  EXPECT_TRUE(truth.is_loaded(0.02));
+  EXPECT_TRUE(truth.is_pulled(-0.1));
+  EXPECT_NEAR(truth.motion_now(-1, 1e-5).free_N, 0, 1e-3);
+}
+
 TEST_F(Contact, IsNoneWhereTheForceStaysOnTheWayBack) {
   double shown_N = 0;
   frame.force_at = [&](double travel_m) { return shown_N = std::max(shown_N, specimen(travel_m)); };

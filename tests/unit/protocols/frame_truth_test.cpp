@@ -112,6 +112,18 @@ TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {
   EXPECT_FALSE(truth().is_loaded(0.012));
 }
 
+TEST_F(Truth, ASpecimenThatMayHavePulledIsNotTakenForOneThatPressesNow) {
+  truth().learn_rest(rest_between(-0.046, -0.044));
+  EXPECT_TRUE(truth().is_loaded(0));
+  truth().learn_unpulled(0.001);
+  EXPECT_FALSE(truth().is_loaded(0));
+  EXPECT_TRUE(truth().is_loaded(0.02));
+  EXPECT_FALSE(truth().is_pulled(-0.06));
+  EXPECT_TRUE(truth().is_pulled(-0.1));
+  truth().learn_rest(rest_between(-0.046, -0.044));
+  EXPECT_TRUE(truth().is_loaded(0)) << "a new look counts alone";
+}
+
 TEST_F(Truth, AMotionThatEndedWhereItShouldIsBelieved) {
   truth().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 1e-3);

@@ -58,6 +58,15 @@ TEST_F(Motion, ThatFailsIsToldInTheDevicesWordsIfItSaysAny) {
             "step r: the frame stopped at its force limit: channel 2");
 }
 
+TEST_F(Motion, ThatTheContactStoppedSaysSo) {
+  frame.motion_says.reason = MotionEnd::travel_limit;
+  EXPECT_EQ(run(parts().motions.to_force(0.1, 1e-5, 60)).error().what,
+            "step r: the frame stopped at its travel limit");
+  parts().truth.know_contact(5e-3, 0.02, 1e4);
+  EXPECT_THAT(run(parts().motions.to_force(0.1, 1e-5, 60)).error().what,
+              HasSubstr("where the contact that was found must show 0.1 N at least"));
+}
+
 TEST_F(Motion, ThatNeverEndsFailsAfterItsTime) {
   frame.never_ends = true;
   const MonoTime begun = clock.now();

@@ -118,6 +118,7 @@ TEST(Plausibility, ADriveThatStallsIsNoticedInTwoSeconds) {
   EXPECT_LE(*after, 5 + 2.6);
   EXPECT_GE(*after, 5 + 2);
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  EXPECT_THAT(frame.found->why, HasSubstr("where 0.1 mm/s were ordered"));
 }
 
 // A tenth of a micrometre per second, shown in micrometres: the value changes every ten seconds.
@@ -284,6 +285,25 @@ TEST(Plausibility, ASpecimenThatSticksMayLetGoOnTheWayAway) {
   ASSERT_TRUE(after) << "it presses";
   EXPECT_NEAR(*after, 3, 0.1);
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+}
+
+// Its pull was taken for the force at rest.
+TEST(Plausibility, ASpecimenThatPulledWhenTheCellWasReadMayLetGo) {
+  const auto is_noticed = [](double begins_N, double end_N) {
+    FakeFrame frame;
+    Plausibility::Motion m = pressing(1e-5);
+    m.direction = -1;
+    m.force_N = begins_N;
+    m.rest_N = -0.045;
+    m.free_N = 0;
+    frame.eyes.begin(m, frame.t);
+    return frame
+        .until_noticed(10, [=](double s) { return Place(-1e-5 * s, s < 3 ? begins_N : end_N); })
+        .has_value();
+  };
+  EXPECT_FALSE(is_noticed(-0.045, 0));
+  EXPECT_TRUE(is_noticed(-0.045, 0.05)) << "it presses";
+  EXPECT_TRUE(is_noticed(0.5, 0.55)) << "a loaded specimen, and a drive that runs the wrong way";
 }
 
 TEST(Plausibility, AFrameThatCreepsOrSaysThatItMovesIsNotStanding) {
