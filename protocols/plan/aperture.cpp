@@ -83,7 +83,7 @@ ApertureChoice choose_aperture(const Protocol& protocol, const Environment& envi
   }
   if (demand.unknown_motion && !measures) {
     out.aperture = Aperture::fast;
-    out.note = "fast: loads continuously, and no specimen is stated from which to reckon";
+    out.note = "fast: loads continuously, and no specimen is stated from which to compute";
     return out;
   }
   for (const Aperture a : {Aperture::slow, Aperture::medium, Aperture::fast}) {

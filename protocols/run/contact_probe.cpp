@@ -25,9 +25,9 @@ constexpr double kLeft = 0.1;  // of the force at contact; below it the contact 
 constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
 constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
 constexpr double kTail = 1.5;  // a contact that begins softly is left later than its slope tells
-constexpr double kRelaxed = 0.02;  // of the force; a smaller fall from look to look is waited for
-                                   // no longer
-constexpr double kSlow_s = 0.15;  // of the force in a second; a faster fall must be excluded
+constexpr double kRelaxed = 0.02;  // of the force; once it falls by less from look to look, the
+                                   // specimen counts as relaxed
+constexpr double kSlow_s = 0.15;  // of the force in a second; a faster one would spoil the slope
 constexpr std::size_t kMostLooks = 12;  // at contact
 constexpr double kGone = 0.05;  // of the threshold or the felt force; a smaller fall does not count
 
@@ -53,7 +53,7 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     if (!now) co_return fail(now.error());
     now_N = left_N(*now);
     looks_.push_back(*now);
-    // A contact never presses harder on the way back, so this is none.
+    // A contact never presses harder on the way back, so this is no contact.
     const double most_N = kMore * std::abs(pressed_N) + std::exchange(may_rise_N, 0);
     if (std::abs(now_N) > most_N + kContactSigmas * now->error_N()) break;
     step_m = std::max(2 * step_m, digit_m());

@@ -67,7 +67,8 @@ void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const ForceScatter now(rest);
   noise_N = std::max(now.noise_N, kKnownBefore * noise_N);
   if (digit_N == 0 || (now.digit_N > 0 && now.digit_N < digit_N)) digit_N = now.digit_N;
-  // A run that is already long is not a habit of the gateway: the cell may be about to freeze.
+  // A series of equal samples that is already long may mean that the cell is about to freeze. It
+  // must not pass for a habit of the gateway.
   const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;

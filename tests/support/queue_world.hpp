@@ -128,13 +128,14 @@ class QueueWorld : public DaemonWorld {
     for (const auto& specimen : specimens) ok("queue.add", entry(specimen, terms));
   }
   json queue() { return ok("status")["queue"]; }
-  // Lets time pass until `holds` is true of the queue's status. False: not within this time.
+  // Lets time pass until `holds` is true of the queue's status, and looks once in 1/3600 of
+  // `patience`, which is 0.5 s for the half hour. False: not within this time.
   bool until(const std::function<bool(const json&)>& holds,
              Duration patience = std::chrono::minutes(30)) {
     const MonoTime end = clock.now() + patience;
     while (clock.now() < end) {
       if (holds(queue())) return true;
-      clock.run_for(io, std::chrono::milliseconds(500));
+      clock.run_for(io, patience / 3600);
     }
     return false;
   }
