@@ -16,6 +16,10 @@ using namespace std::chrono_literals;
 
 namespace {
 
+// Fewer tell too little about the noise of the cell, so the room that it needs would depend on
+// chance. A cell that shows one value only tells nothing yet, not even its digit.
+constexpr std::int64_t kEnoughForces = 20;
+
 // Collects the samples of a frame that is only observed.
 struct Looker final : LoadFrame::Listener {
   explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
@@ -121,7 +125,9 @@ Task<Result<>> Session::look() {
   const MonoTime begin = clock_.now();
   const auto enough = [&] {
     const Duration seen = clock_.now() - begin;
-    return seen >= 2s || (seen >= 500ms && looker.rest.forces() >= 10);
+    const std::int64_t forces = looker.rest.forces();
+    if (seen >= (forces > 0 ? 4s : 2s)) return true;
+    return seen >= 500ms && forces >= kEnoughForces && looker.rest.is_alive();
   };
   // Polled, because it ends by time, too; another end would move the times of every stored row.
   while (!enough() && !looker.lost) co_await clock_.wait_for(50ms);

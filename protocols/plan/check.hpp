@@ -83,6 +83,8 @@ Words check_capability(const Step& step, const FrameCapabilities& caps);
 
 std::optional<double> force_noise_N(const Rig& rig);
 double sure_force_noise_N(const Rig& rig);  // surely not less; 0: unknown
+// The most that the same will be once the noise was measured anew.
+double sure_force_noise_anew_N(const Rig& rig);
 double target_force_N(const Target& target, const Environment& env, const Rig& rig);
 
 }  // namespace lcrig

@@ -74,6 +74,10 @@ double PlannedRig::largest_end_N() const {
   return lcrig::largest_end_N(limits_.force_max_N, sure_force_noise_N(rig_));
 }
 
+double PlannedRig::proposed_end_N() const {
+  return lcrig::largest_end_N(limits_.force_max_N, sure_force_noise_anew_N(rig_));
+}
+
 std::string PlannedRig::limit_text() const {
   const double limit_N = limits_.force_max_N, noise_N = limit_N - largest_end_N();
   std::string text = fmt::format("the limit is {:.4g} N", limit_N);

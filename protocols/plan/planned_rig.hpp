@@ -53,11 +53,12 @@ class PlannedRig {
   const FrameCapabilities& frame() const { return rig_.frame; }
   const BoundLimits& limits() const { return limits_; }
   const Forecast& forecast() const { return forecast_; }
-  // The largest force at which a motion may end. A value that a refusal proposes leaves the room
-  // twice, because the noise is measured anew before the next plan.
+  // The largest force at which a motion may end.
   double largest_end_N() const;
+  // The same for a value that a refusal proposes. The noise is measured anew before the next plan,
+  // which must accept it.
+  double proposed_end_N() const;
   std::string limit_text() const;  // "the limit is 1.5 N", and what the noise takes of it
-  double proposed_end_N() const { return 2 * largest_end_N() - limits_.force_max_N; }
   double force_of(const Target& t) const { return target_force_N(t, environment_, rig_); }
 
   const LcrSettings& meter() const { return lcr_; }

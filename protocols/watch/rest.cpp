@@ -25,6 +25,8 @@ constexpr double kMiddleOfSteps = 0.954;  // sqrt(2) 0.6745, for a normal distri
 // Fits the factor on kSampleSigmas that keeps its rate when the scatter is an estimate with this
 // many degrees of freedom (chi-squared): 2.02 for 14, 1.7 for 19, 1.23 for 50, 1.11 for 100.
 constexpr double kUnsure = 15;
+// In standard deviations of the logarithm of the ratio of two estimates, which is nearly normal.
+constexpr double kSureAnew = 3.6;
 
 // The straight line through values at given times.
 struct Line {
@@ -62,6 +64,10 @@ double mean_square(const std::vector<double>& v) {
 
 double sure_scatter_N(double scatter_N, double freedoms) {
   return freedoms > 0 ? scatter_N * (1 + kUnsure / freedoms) : scatter_N;
+}
+
+double scatter_anew(double freedoms) {
+  return std::exp(kSureAnew / std::sqrt(std::max(1.0, freedoms - 1)));
 }
 
 void Rest::add(std::span<const FrameSample> samples) {

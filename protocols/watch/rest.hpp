@@ -31,6 +31,10 @@ constexpr double kLeastDigit_m = 1e-10, kCoarsestDigit_m = 12e-6;
 // 0.45 of the true one. This one is so much larger that the rate above holds for it, too.
 double sure_scatter_N(double scatter_N, double freedoms);
 
+// How many times the scatter of a look another look at the same cell may find, if each has so many
+// degrees of freedom. More is found in fewer than one of 1000 pairs of looks.
+double scatter_anew(double freedoms);
+
 class Rest {
  public:
   void add(std::span<const FrameSample> samples);

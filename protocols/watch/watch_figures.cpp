@@ -21,6 +21,12 @@ constexpr std::int64_t kLeastRun = 5;
 constexpr std::int64_t kRunsBefore = 4;  // for a gateway that repeats samples of a slower cell
 constexpr std::int64_t kAssumedRun = 25;
 constexpr double kKnownBefore = 0.7;  // a short look may see too little of the scatter
+// Part of a digit. Of a cell whose noise is larger, 20 samples hardly ever show one value only. It
+// also leaves room for the rounding.
+constexpr double kHidden = 0.5;
+// The same for another look. A coarse digit that flipped only once or twice in the first look may
+// show more of the noise, and some of its own, in the next one.
+constexpr double kHiddenAnew = 1.5;
 constexpr double kStall_s = 2;
 constexpr double kBesides_m = 3e-6;  // amplitude that a position loop may hunt
 constexpr double kStandingPart = 0.1;  // of the limit: a creeping frame may add no more
@@ -60,7 +66,12 @@ ForceScatter::ForceScatter(const Rest& rest)
 
 double ForceScatter::sure_noise_N() const {
   if (!(freedoms_ > 0)) return 0;
-  return std::max(last_N_, sure_scatter_N(std::sqrt(squares_N2_ / freedoms_), freedoms_));
+  const double scatter_N = sure_scatter_N(std::sqrt(squares_N2_ / freedoms_), freedoms_);
+  return std::max({last_N_, scatter_N, kHidden * digit_N});
+}
+
+double ForceScatter::sure_noise_anew_N() const {
+  return std::max(scatter_anew(freedoms_) * sure_noise_N(), kHiddenAnew * digit_N);
 }
 
 void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {

@@ -23,8 +23,11 @@ class ForceScatter {
   void add(const Rest& rest, std::optional<std::int64_t> frozen);
   double noise_N = 0;  // standard deviation
   // From all looks together, and at least that of the last one, so much larger that chance does not
-  // reach kSampleSigmas of it. 0: nothing was seen.
+  // reach kSampleSigmas of it. Noise below half a digit may show as nothing, so it is never less
+  // than that. 0: nothing was seen.
   double sure_noise_N() const;
+  // The most that sure_noise_N of another look at the same cell, with as many samples, will be.
+  double sure_noise_anew_N() const;
   double digit_N = 0;  // smallest difference of two samples
   std::int64_t longest_run = 1;  // of consecutive equal forces
   bool alive = false;

@@ -249,6 +249,27 @@ TEST(RealRig, ACellThatNeverChangesIsNotApproachedWith) {
   EXPECT_EQ(world.real("SELECT MAX(travel_m) FROM frame_sample"), 0) << "nothing moved";
 }
 
+// When the run begins after the look at the resting frame, s.
+double begins_after_s(int rate_Hz, double noise_N) {
+  struct World final : SessionWorld {
+    using SessionWorld::SessionWorld;
+    void began() override { begun_s = to_seconds(clock.now() - MonoTime()); }
+    double begun_s = 0;
+  } world(with(kLoad, R"("rate_Hz": 50)", fmt::format(R"("rate_Hz": {})", rate_Hz)));
+  world.bench.plant.force_noise_N = noise_N;
+  const auto r = world.run();
+  EXPECT_TRUE(r) << r.error().what;
+  return world.begun_s;
+}
+
+// Ten samples may see a third of the scatter, and one value tells nothing of it.
+TEST(RealRig, TheLookBeforeARunSeesEnoughOfTheNoiseOfTheCell) {
+  const double fast_s = begins_after_s(50, 0.0005);
+  EXPECT_NEAR(begins_after_s(20, 0.0005) - fast_s, 0.5, 0.15) << "20 samples";
+  EXPECT_NEAR(begins_after_s(2, 0.0005) - fast_s, 3.5, 0.15) << "not longer than 4 s";
+  EXPECT_NEAR(begins_after_s(50, 0) - fast_s, 3.5, 0.15) << "the force does not change";
+}
+
 TEST(RealRig, ThePredictionIsComparedAndStoredAfterEveryStop) {
   SessionWorld world(kLoad);
   ASSERT_TRUE(world.run());
