@@ -86,7 +86,9 @@ void Plausibility::follow_filter(MonoTime t, double force_N) {
     motion_.force_N = std::max(motion_.force_N, std::min(force_N, follows_to_N_));
   }
   if (!may_still_fall(t)) return;
-  motion_.force_N = std::min(motion_.force_N, std::max(force_N, motion_.rest_N));
+  // A zero that was taken under load has moved what the unloaded cell shows.
+  const double unloaded_N = std::min(motion_.rest_N, motion_.free_N.value_or(motion_.rest_N));
+  motion_.force_N = std::min(motion_.force_N, std::max(force_N, unloaded_N));
   peak_N_.reset();
   press_.forget_peak();
 }
@@ -224,7 +226,9 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
   }
   if (force_N < limit_N) follows_until_ = MonoTime();  // it falls, so the filter has followed
   // A specimen that sticks pulls until it lets go; after that the cell shows its force at rest.
-  const double most_N = std::max({motion_.force_N, motion_.rest_N, motion_.free_N}) + allowed_N;
+  const double most_N =
+      std::max({motion_.force_N, motion_.rest_N, motion_.free_N.value_or(motion_.rest_N)}) +
+      allowed_N;
   if (motion_.direction < 0 && force_N > most_N) {
     return Contradiction(
         Disbelief::drive,

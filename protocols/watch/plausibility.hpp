@@ -45,7 +45,7 @@ class Plausibility {
     bool force_known = true;  // false: the first force shown counts as that at the beginning
     double rest_N = 0;  // of the unloaded cell
     // The most that the cell shows once a specimen that pulls at the probe has let go.
-    double free_N = -HUGE_VAL;
+    std::optional<double> free_N;
     // The largest fall of the force that is allowed while moving towards the specimen, or rise
     // while moving away; and its growth with time, for a cell that is known to drift.
     double against_N = 0, drift_N_s = 0;
