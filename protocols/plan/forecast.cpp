@@ -9,7 +9,8 @@ namespace lcrig {
 namespace {
 
 constexpr double kHostLatency_s = 0.020;  // to see a sample and send STOP
-constexpr int kFilterTimes = 3;
+constexpr int kFilterTimes = 3, kSettleTimes = 5;
+constexpr Duration kArrives = std::chrono::milliseconds(100);
 constexpr Duration kOnItsWay = std::chrono::milliseconds(200);  // a sample, at the longest
 constexpr double kSilence_s = 1.02;  // until a gateway that hears nothing stops, including its 20
                                      // ms
@@ -35,6 +36,10 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
 
 Duration shown_after(const FrameCapabilities& caps) {
   return kFilterTimes * caps.reaction + kOnItsWay;
+}
+
+Duration settles_after(const FrameCapabilities& caps) {
+  return std::max<Duration>(Duration::zero(), kSettleTimes * caps.reaction - kArrives);
 }
 
 Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected,

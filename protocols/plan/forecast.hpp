@@ -19,6 +19,9 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m);
 // time constant of the cell's filter; after three of them 95 % of a step are shown. A sample may be
 // 0.2 s on its way (docs/frame-link.md, sections 2 and 5).
 Duration shown_after(const FrameCapabilities& caps);
+// How long to wait after a motion, beyond the 0.1 s in which its samples arrive anyway, until the
+// cell shows less than a hundredth of the force that it lost.
+Duration settles_after(const FrameCapabilities& caps);
 
 class Forecast {
  public:

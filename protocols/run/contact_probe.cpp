@@ -67,8 +67,7 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
   co_return Result<>();
 }
 
-// While the filter of a slow cell still follows the last motion, the force shown may rise on a way
-// back, and stay after it.
+// While the filter of a slow cell still follows the search, the force shown may rise on a way back.
 Task<> ContactProbe::let_follow() const {
   const Duration rest = shown_after(run_.setup.frame.capabilities()) - kStillArriving - kLook;
   if (rest > Duration::zero()) co_await run_.setup.clock.wait_for(rest);

@@ -25,8 +25,6 @@ class ContactProbe {
   // Measures where it touches and then steps back, each time twice as far, as long as some of the
   // force is left. The longest way in contact gives the best slope.
   Task<Result<>> step_back(double touched_m);
-  // Waits after a motion until the force can be measured.
-  Task<> let_follow() const;
   // To be called after `step_back`.
   double touched_N() const { return touched_->force_N(); }  // at standstill
   // Whether the felt force fell on the way back. A force that stays does not come from a specimen,
@@ -54,6 +52,7 @@ class ContactProbe {
   void conclude_stiffness(const Rest& after, double speed_m_s) const;
 
  private:
+  Task<> let_follow() const;
   Task<Result<>> look_at_contact();
   double digit_m() const;
   double may_rise_N() const;

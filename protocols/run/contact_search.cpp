@@ -243,7 +243,8 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   run_.event(ContactEvent{*touched.travel_m, touched.force_N.value_or(0), rest_.force_N()});
   auto moved = co_await return_to(*touched.travel_m - run_.get(step_.back_off));
   if (!moved) co_return moved;
-  co_await probe.let_follow();
+  const Duration settles = settles_after(run_.setup.frame.capabilities());
+  if (settles > Duration::zero()) co_await run_.setup.clock.wait_for(settles);
   auto after = co_await run_.view.watch_rest(ContactProbe::kLook);
   if (!after) co_return fail(after.error());
   const Rest& bare = probe.off_contact(*after);

@@ -206,6 +206,10 @@ void Finish::tell_hands_off(bool cleared) {
 
 // Checks that the specimen is unloaded. If it is not, the run says so, and what to do.
 Task<> Finish::tell_load() {
+  const Duration settles = settles_after(run_.setup.frame.capabilities());
+  if (run_.setup.moves() && settles > Duration::zero()) {
+    co_await run_.setup.clock.wait_for(settles);
+  }
   auto rest = co_await run_.view.watch_rest(200ms);
   const std::string why = load_left(rest);
   if (why.empty()) co_return;

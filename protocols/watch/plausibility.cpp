@@ -71,17 +71,28 @@ void Plausibility::stand(MonoTime now, std::optional<double> travel_m) {
 }
 
 void Plausibility::see_end_of_motion(MonoTime now) {
+  if (state_ == State::moving && motion_.direction < 0) falls_until_ = now + motion_.shown_after;
   const auto worst_N = std::exchange(motion_.worst_N, std::nullopt);
   if (!worst_N) return;
   follows_to_N_ = *worst_N;
   follows_until_ = now + motion_.shown_after;
 }
 
-// A motion away that begins while the cell's filter still follows the last one: the force shown may
-// rise to what that motion can have reached, and it counts as the force at the beginning.
+// While the cell's filter still follows the last motion, the force shown on a way away may rise to
+// what that motion can have reached. After a way away it may fall to that of the unloaded cell
+// while the frame comes closer again. It then counts as the force at the beginning.
 void Plausibility::follow_filter(MonoTime t, double force_N) {
-  if (motion_.direction >= 0 || t > follows_until_) return;
-  motion_.force_N = std::max(motion_.force_N, std::min(force_N, follows_to_N_));
+  if (motion_.direction < 0 && t <= follows_until_) {
+    motion_.force_N = std::max(motion_.force_N, std::min(force_N, follows_to_N_));
+  }
+  if (!may_still_fall(t)) return;
+  motion_.force_N = std::min(motion_.force_N, std::max(force_N, motion_.rest_N));
+  peak_N_.reset();
+  press_.forget_peak();
+}
+
+bool Plausibility::may_still_fall(MonoTime t) const {
+  return motion_.direction > 0 && t <= falls_until_;
 }
 
 void Plausibility::zero_force(MonoTime now) {
@@ -265,11 +276,23 @@ std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sam
   if (dt < stall_s() / kQuarters) return std::nullopt;
   const double way_m = std::abs(*sample.travel_m - *progress_->travel_m);
   const double change_N = std::abs(*sample.force_N - *progress_->force_N);
-  const bool loads = motion_.direction == 0 && change_N >= 0.2 * motion_.rate_N_s * dt;
-  const bool went = loads || way_m >= kLeastProgress * motion_.speed_m_s * dt;
+  const bool by_loop = motion_.direction == 0;
+  const bool loads = by_loop && change_N >= 0.2 * motion_.rate_N_s * dt;
+  // A force loop that goes on in the specimen while the force does not follow is no progress.
+  const bool touches = std::abs(*sample.force_N - motion_.rest_N) > figures_.order_force_N;
+  const bool moves = way_m >= kLeastProgress * motion_.speed_m_s * dt;
+  const bool went = loads || (moves && !(by_loop && touches));
   idle_quarters_ = went ? 0 : idle_quarters_ + 1;
   mark(sample);
   if (idle_quarters_ < kQuarters) return std::nullopt;
+  if (moves) {
+    return Contradiction(
+        Disbelief::force,
+        fmt::format("the force loop goes on, {:.4f} mm in the last {:.1f} s, and the force does "
+                    "not follow: {:.4f} N; the load cell shows too little, or the specimen gave "
+                    "way",
+                    way_m * 1e3, dt, *sample.force_N));
+  }
   return Contradiction(
       Disbelief::drive,
       fmt::format("the frame does not move as it was told to, and does not say that it stands: "

@@ -98,6 +98,7 @@ class Plausibility {
   void learn_digit(std::optional<double> travel_m);
   void see_end_of_motion(MonoTime now);
   void follow_filter(MonoTime t, double force_N);
+  bool may_still_fall(MonoTime t) const;
   double stall_s() const;
   std::optional<double> relaxes_N_s() const;
   void see_relaxation(MonoTime t, double force_N);
@@ -116,6 +117,8 @@ class Plausibility {
   // Until then the force of the last motion that pressed may still rise to this.
   MonoTime follows_until_{};
   double follows_to_N_ = 0;
+  // Until then the cell may still show how the force fell on the last way away.
+  MonoTime falls_until_{};
   PressWatch press_;
   struct Mark {
     Mark() = default;

@@ -28,6 +28,8 @@ class PressWatch {
     bool holds = false;  // holds a force: the specimen may creep, and the frame follows
   };
   void begin(const Motion& motion, MonoTime now);
+  // The forces of this motion so far were those of an earlier one, shown late.
+  void forget_peak() { beyond_N_.reset(), best_N_.reset(); }
   // Returns words for people if the force is too small. `felt_N` is beyond rest, `tolerance_N` the
   // error of the cell, `doubt_m` the error of the travel.
   std::optional<std::string> check(MonoTime t, double travel_m, double felt_N, double tolerance_N,

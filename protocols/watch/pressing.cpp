@@ -129,7 +129,10 @@ void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
   digit_.begin(permit.from_m);
-  if (permit.presses) late_.reset();
+  if (!permit.presses) return;
+  // What the cell still has to show of the last motion may be more than this one presses.
+  if (late_) open_->worst_N = std::max(open_->worst_N, late_->first.predicted_N);
+  late_.reset();
 }
 
 std::optional<Pressing::Comparison> Pressing::add(std::span<const FrameSample> samples) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <functional>
 
 #include "tests/support/run_fixture.hpp"
@@ -194,6 +195,16 @@ TEST_F(End, WithASpecimenThatIsStillLoadedSaysSo) {
   EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_THAT(result.reason, HasSubstr("the specimen is still loaded with about 0.500 N"));
   EXPECT_EQ(events_of("loaded"), 1);
+}
+
+// The filter of the cell still shows a force that is gone.
+TEST_F(End, WaitsUntilTheCellShowsThatTheSpecimenIsUnloaded) {
+  frame.abilities().reaction = 300ms;
+  frame.force_at = [this, away = clock.now()](double) {
+    return 0.9 * std::exp(-to_seconds(clock.now() - away) / 0.3);
+  };
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(result.exit_status, ExitStatus::success) << result.reason;
 }
 
 // A force below zero is a pull, or a zero that was taken under load. Nobody can tell which.

@@ -240,6 +240,66 @@ TEST(Plausibility, AForceThatRisesWhenTheFilterIsOverRisesOnTheWayAway) {
   EXPECT_EQ(cell.frame.found->disbelief, Disbelief::drive);
 }
 
+// The next cycle begins at once: the cell still shows how the force fell on the way away.
+class PressedAgain : public testing::Test {
+ protected:
+  PressedAgain() {
+    Plausibility::Motion away = pressing(5e-4);
+    away.direction = -1;
+    away.force_N = 0.6;
+    away.shown_after = 500ms;
+    frame.eyes.begin(away, frame.t);
+    EXPECT_FALSE(frame.show(1e-3, 0.35));
+    frame.eyes.stand(frame.t, 0.9e-3);
+    EXPECT_FALSE(frame.show(0.9e-3, 0.31));
+    Plausibility::Motion m = pressing(1.5e-4);
+    m.force_N = 0.31;
+    m.against_N = 0.05;
+    frame.eyes.begin(m, frame.t);
+  }
+  std::optional<double> falls_to(double force_N, double from_m = 0.9e-3) {
+    return frame.until_noticed(2, [=](double s) {
+      return Place(from_m + 1.5e-4 * s, force_N + (0.31 - force_N) * std::exp(-s / 0.1));
+    });
+  }
+  FakeFrame frame;
+};
+
+TEST_F(PressedAgain, AForceThatACellWithAFilterShowsLateIsNoFallWhileItPresses) {
+  EXPECT_FALSE(falls_to(0)) << frame.found->why;
+}
+
+TEST_F(PressedAgain, AForceBelowThatOfTheUnloadedCellIsNotBelieved) {
+  ASSERT_TRUE(falls_to(-0.3));
+  EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+TEST_F(PressedAgain, AForceThatFallsWhenTheFilterIsOverIsNotBelieved) {
+  EXPECT_FALSE(frame.until_noticed(0.6, [](double s) { return Place(0.9e-3 + 1.5e-4 * s, 0.31); }));
+  ASSERT_TRUE(falls_to(0, 1e-3));
+  EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+// The force loop goes on, though the cell does not show it.
+std::optional<double> noticed_in_force_loop(FakeFrame& frame, double force_N) {
+  Plausibility::Motion m = pressing(1e-5);
+  m.direction = 0;
+  m.rate_N_s = 0.1;
+  m.force_N = force_N;
+  frame.eyes.begin(m, frame.t);
+  return frame.until_noticed(
+      10, [=](double s) { return Place(1e-3 + 3e-5 * s, force_N + 1e-3 * std::sin(97 * s)); });
+}
+
+TEST(Plausibility, AForceLoopThatGoesOnWhileTheForceDoesNotFollowIsNoProgress) {
+  FakeFrame pressed, in_air;
+  const auto noticed = noticed_in_force_loop(pressed, 0.6);
+  ASSERT_TRUE(noticed);
+  EXPECT_LT(*noticed, 4);
+  EXPECT_EQ(pressed.found->disbelief, Disbelief::force) << "its travel is true";
+  EXPECT_FALSE(noticed_in_force_loop(in_air, 0));
+}
+
 TEST(Plausibility, AForceThatFellOnTheWayAwayHadBeenShown) {
   FilteredCell cell;
   cell.move_away();

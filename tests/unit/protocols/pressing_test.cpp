@@ -163,6 +163,12 @@ TEST_F(ShownLate, NothingIsToldOfNoiseNorOfLaterForces) {
   EXPECT_FALSE(pressing_.broken());
 }
 
+TEST_F(ShownLate, WhatIsStillToBeShownBreaksNoPredictionOfTheNextMotion) {
+  pressing_.begin(pressing_.to_force(standing_at(0), 0.52, 1e-6).value());
+  EXPECT_FALSE(show(permit_.worst_N, 60ms));
+  EXPECT_FALSE(pressing_.end(target(0.52), 0.002).value().exceeded);
+}
+
 TEST_F(ShownLate, TheNextMotionThatPressesEndsIt) {
   pressing_.begin(permit_);
   EXPECT_FALSE(show(permit_.worst_N + 0.1, 60ms));
