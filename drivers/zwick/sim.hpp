@@ -110,6 +110,7 @@ struct ZwickSimLies {
   double force_scatter = 1;  // factor on its noise
   // Wrong behaviour of the drive.
   bool drive_reversed = false;  // moves away from its target
+  bool drive_mirrored = false;  // the same, and it shows the travel as if it obeyed
   double creep_m_s = 0;  // moves on after every motion, and right away; STOP ends it
   bool estop = false;  // pressed
   // Lies of the gateway: how it handles orders and reports on them.

@@ -12,6 +12,13 @@ void SimDrive::set_reversed(MonoTime t, bool on) {
   if (order_ && arrival && *arrival > t) obey(t);
 }
 
+void SimDrive::set_mirrored(MonoTime t, bool on) {
+  if (on == mirror_m_.has_value()) return;
+  mirror_m_ = on ? std::optional(world_.travel_m(t)) : std::nullopt;
+  const auto arrival = world_.arrival();
+  if (order_ && arrival && *arrival > t) obey(t);
+}
+
 void SimDrive::creep(MonoTime t, double speed_m_s) {
   const PlantConfig& p = world_.config();
   order_.reset();
@@ -40,7 +47,7 @@ void SimDrive::obey(MonoTime t) {
   creeps_ = false;
   if (reversed_) return disobey(t);
   if (order_->is_force) return world_.ramp_force(t, order_->to, order_->rate);
-  world_.move_to(t, order_->to, order_->rate);
+  world_.move_to(t, seen_m(order_->to), order_->rate);
 }
 
 bool SimDrive::wants_more(MonoTime t) const {

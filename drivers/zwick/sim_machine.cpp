@@ -20,6 +20,7 @@ void SimMachine::set_lies(MonoTime t, const ZwickSimLies& lies) {
   const ZwickSimLies was = std::exchange(lies_, lies);
   cell_.set_lies(t, lies);
   drive_.set_reversed(t, lies.drive_reversed);
+  drive_.set_mirrored(t, lies.drive_mirrored);
   if (lies.estop && !was.estop) cut(t);
   if (phase_ == Phase::standing && lies.creep_m_s != was.creep_m_s && !force_control_) {
     drive_.creep(t, lies.creep_m_s);
@@ -102,7 +103,7 @@ std::optional<MonoTime> SimMachine::crossing(MonoTime t, double shown_N) const {
 void SimMachine::consider_force_limits(MonoTime t) {
   if (!limits_.are_set()) return;
   const double low = limits_.now().force_min.si(), high = limits_.now().force_max.si();
-  if (cell_.is_honest() && !drive_.is_astray()) {
+  if (cell_.is_honest() && !drive_.is_backwards()) {
     const double limit = direction_ > 0 ? high : low;
     if (cell_.raw_N(t, limit) > 0) consider(crossing(t, limit), Cause::force_limit);
     return;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/plan/forecast.hpp"
 #include "protocols/watch/contact_slope.hpp"
 
 namespace lcrig {
@@ -23,6 +24,7 @@ constexpr double kFarthest_m = 0.5e-3;  // farthest step back; each is twice as 
 constexpr double kEnough = 0.3;  // of the force at contact; below it further steps tell nothing
 constexpr double kLeft = 0.1;  // of the force at contact; below it the contact may be lost
 constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
+constexpr double kDriftChanges = 2;  // from look to look, by this factor
 constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
 constexpr double kTail = 1.5;  // a contact that begins softly is left later than its slope tells
 constexpr double kRelaxed = 0.02;  // of the force; once it falls by less from look to look, the
@@ -36,6 +38,7 @@ constexpr double kGone = 0.05;  // of the threshold or the felt force; a smaller
 Task<Result<>> ContactProbe::step_back(double touched_m) {
   auto looked = co_await look_at_contact();
   if (!looked) co_return looked;
+  const Rest at_contact = looks_.front();
   const double pressed_N = left_N(looks_.front());
   const FrameCapabilities caps = run_.contact.frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
@@ -55,10 +58,19 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     looks_.push_back(*now);
     // A contact never presses harder on the way back, so this is no contact.
     const double most_N = kMore * std::abs(pressed_N) + std::exchange(may_rise_N, 0);
-    if (std::abs(now_N) > most_N + kContactSigmas * now->error_N()) break;
+    if (std::abs(now_N) > most_N + kContactSigmas * now->error_N()) {
+      if (now_N > pressed_N) rise_.emplace(at_contact, *now);
+      break;
+    }
     step_m = std::max(2 * step_m, digit_m());
   }
   co_return Result<>();
+}
+
+// While the filter of a slow cell still follows the search, the force shown may rise on a way back.
+Task<> ContactProbe::let_follow() const {
+  const Duration rest = shown_after(run_.setup.frame.capabilities()) - kStillArriving - kLook;
+  if (rest > Duration::zero()) co_await run_.setup.clock.wait_for(rest);
 }
 
 // Looks twice, and on until the specimen has relaxed. How fast the force falls at constant travel
@@ -68,6 +80,7 @@ Task<Result<>> ContactProbe::look_at_contact() {
   auto first = co_await run_.view.watch_rest(kLook);
   if (!first) co_return fail(first.error());
   touched_ = *first;
+  co_await let_follow();
   std::vector<Rest> looks(1, *first);
   for (bool relaxed = false; !relaxed && looks.size() < kMostLooks;) {
     auto now = co_await run_.view.watch_rest(kLook);
@@ -108,6 +121,21 @@ bool ContactProbe::is_contact() const {
   const double fallen_N = std::copysign(1, felt_N()) * (touched.force_N() - last.force_N());
   const double doubt_N = 2 * kSlopeSigmas * std::hypot(touched.error_N(), last.error_N());
   return fallen_N > std::max(doubt_N, kGone * std::min(std::abs(felt_N()), rise_N_));
+}
+
+// What the cell drifts at rest goes on at rest.
+double ContactProbe::rose_beyond_N(const Rest& after) const {
+  if (!rise_) return 0;
+  const auto& [from, to] = *rise_;
+  const double drift_N_s =
+      std::max(0.0, after.drift_N_s()) + kSureOfDrift * after.drift_error_N_s();
+  const double doubt_N = kContactSigmas * std::hypot(from.error_N(), to.error_N());
+  const double rise_N = to.force_N() - from.force_N();
+  return rise_N - kDriftChanges * drift_N_s * seconds_between(from, to) - doubt_N;
+}
+
+std::string ContactProbe::why_rose() const {
+  return fmt::format("{:.4f} N after {:.4f} N", rise_->second.force_N(), rise_->first.force_N());
 }
 
 Result<> ContactProbe::check_felt(double felt_N) const {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "protocols/run/run_parts.hpp"
@@ -28,6 +30,12 @@ class ContactProbe {
   // Whether the felt force fell on the way back. A force that stays does not come from a specimen,
   // and noise is no contact.
   bool is_contact() const;
+  // Whether the way back ended because the force rose on it.
+  bool rose() const { return rise_.has_value(); }
+  // By how much more than the cell drifts; not positive: the drift explains it. `after`: a look at
+  // rest afterwards.
+  double rose_beyond_N(const Rest& after) const;
+  std::string why_rose() const;  // the forces; call it only if it rose
   // Errors: refused, when pressing lowered the force.
   Result<> check_felt(double felt_N) const;
   // The force of the cell without contact: `after`, or the last step back if that was further away
@@ -44,6 +52,7 @@ class ContactProbe {
   void conclude_stiffness(const Rest& after, double speed_m_s) const;
 
  private:
+  Task<> let_follow() const;
   Task<Result<>> look_at_contact();
   double digit_m() const;
   double may_rise_N() const;
@@ -57,6 +66,7 @@ class ContactProbe {
   const double rise_N_;
   std::optional<Rest> touched_;  // the first look at contact
   std::vector<Rest> looks_;  // at contact, when the specimen had relaxed, and after each step back
+  std::optional<std::pair<Rest, Rest>> rise_;  // the look at contact, and the higher one
   double relaxes_N_s_ = HUGE_VAL;  // at most, at the first of them
 };
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/contact_search.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "base/either.hpp"
+#include "protocols/plan/forecast.hpp"
 
 namespace lcrig {
 
@@ -17,6 +20,7 @@ constexpr double kDriftOfThreshold = 0.25;  // drift during one leg, as a part o
 constexpr Duration kDriftTime = 3s;  // duration of a look that measures drift well
 constexpr Duration kLeastLeg = 1s;
 constexpr int kAttempts = 5;  // of a search that touches something other than a specimen
+constexpr int kRises = 2;  // of the force on ways back; small ones, until the drive is not believed
 // The scatter in the plan was estimated from few samples, so it may have grown.
 constexpr double kScatterGrown = 1.5;
 
@@ -45,6 +49,8 @@ Task<Result<>> ContactSearch::find(FindContactStep::Progress& progress) {
     if (!stepped) co_return stepped;
     if (probe.is_contact()) co_return co_await take_contact(*touched, probe);
     run_.event(NoContactEvent{*touched->travel_m, probe.touched_N(), rest_.force_N()});
+    auto obeys = co_await check_obeys(probe);
+    if (!obeys) co_return obeys;
     auto again = co_await look_again(begun, first);
     if (!again) co_return again;
   }
@@ -84,6 +90,30 @@ Task<Result<>> ContactSearch::look_before() {
   run_.guard.set_rest_force(rest->force_N(), rest->scatter_N());
   rest_ = *rest;
   co_return Result<>();
+}
+
+// A cell that drifts shows it at rest, too. Where it does not, a force that rises on the way back
+// is that of a drive which presses. Once it may have been a knock.
+Task<Result<>> ContactSearch::check_obeys(const ContactProbe& probe) {
+  if (!probe.rose()) co_return Result<>();
+  co_await run_.setup.clock.wait_for(shown_after(run_.setup.frame.capabilities()));
+  auto rest = co_await run_.view.watch_rest(kDriftTime);
+  if (!rest) co_return fail(rest.error());
+  const double rose_N = probe.rose_beyond_N(*rest);
+  if (rose_N <= 0) co_return Result<>();
+  // No single motion away may show so much either.
+  const bool surely = rose_N > run_.truth.motion_now(-1, 0).against_N;
+  if (++rises_ < kRises && !surely) co_return Result<>();
+  co_return disbelieve_drive(probe.why_rose());
+}
+
+Result<> ContactSearch::disbelieve_drive(const std::string& seen) const {
+  const std::string why = fmt::format(
+      "the force rises against the command, on the way back from where the search stopped ({}), "
+      "and at rest it does not",
+      seen);
+  run_.distrust.disbelieve(Contradiction(Disbelief::drive, why));
+  return fail(run_.drive.may_move().error());
 }
 
 Task<Result<>> ContactSearch::look_again(MonoTime begun, const Rest& first) {
@@ -202,6 +232,11 @@ Result<> ContactSearch::check_touched(const MotionOutcome& touched) const {
 Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
                                            const ContactProbe& probe) {
   const double felt_N = touched.force_N.value_or(probe.touched_N()) - rest_.force_N();
+  // If it rose on a way back before, it is not the cell that is reversed.
+  if (felt_N < 0 && rises_ > 0) {
+    co_return disbelieve_drive(
+        fmt::format("{:.4f} N after {:.4f} N", rest_.force_N(), felt_N + rest_.force_N()));
+  }
   if (auto real = probe.check_felt(felt_N); !real) co_return real;
   run_.contact.search_from(std::nullopt);
   run_.contact.place(*touched.travel_m, std::max(felt_N, rise_N_));

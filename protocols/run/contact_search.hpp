@@ -24,6 +24,8 @@ class ContactSearch {
  private:
   Task<Result<>> return_to(double travel_m);
   Task<Result<>> look_before();
+  Task<Result<>> check_obeys(const ContactProbe& probe);
+  Result<> disbelieve_drive(const std::string& seen) const;
   Task<Result<>> look_again(MonoTime begun, const Rest& first);
   double speed_m_s() const;
   double furthest_m() const;
@@ -40,6 +42,7 @@ class ContactSearch {
   Rest rest_;  // the cell's force here without the specimen
   double end_m_ = 0;  // end of the allowed way
   MonoTime deadline_{};
+  int rises_ = 0;  // of the force on ways back, beyond drift
 };
 
 }  // namespace lcrig

@@ -226,6 +226,57 @@ TEST(LyingRig, TheTolerancesAreOfThePlanAndStoredWithTheRun) {
   EXPECT_LT(watch.at("frozen_force_s"), 1.0);
 }
 
+// Once the search has stopped in contact, the drive runs the wrong way and shows that it obeys.
+class MirrorWorld final : public SessionWorld {
+ public:
+  static constexpr double kLimit_N = 0.25, kThreshold_N = 0.05;
+  MirrorWorld() : SessionWorld(text()) {}
+  double largest_true_N() const { return plant_->peak_answered_N(clock.now()); }
+
+ protected:
+  void built() override {
+    plant_ = session->instruments().door()->plant();
+    asio::co_spawn(io, look(), asio::detached);
+  }
+
+ private:
+  static std::string text() {
+    const std::string slow = with(kLoad, R"("speed_mm_s": 0.2, "force_N": 0.02)",
+                                  R"("speed_mm_s": 0.02, "force_N": 0.05)");
+    return with(with(slow, "[-0.2, 1.0]", "[-0.2, 0.25]"), R"({ "force_N": 0.5 })",
+                R"({ "force_N": 0.1 })");
+  }
+  Task<> look() {
+    double before_N = 0;
+    while (!over_) {
+      const double now_N = plant_->force_N(clock.now());
+      if (now_N > 0.9 * kThreshold_N && now_N == before_N) break;
+      before_N = now_N;
+      co_await clock.wait_for(20ms);
+    }
+    lcrig::frame(*this).faults.lies.drive_mirrored = true;
+    lcrig::frame(*this).poke();
+  }
+  void ended() override { over_ = true; }
+
+  const Plant* plant_ = nullptr;
+  bool over_ = false;
+};
+
+// The force on each way back would pass for a drift of the cell: a new search presses deeper.
+TEST(LyingRig, ADriveThatPressesOnItsWaysBackAndShowsThatItObeysIsNotBelieved) {
+  MirrorWorld world;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
+  EXPECT_THAT(r->reason, HasSubstr("the force rises against the command"));
+  EXPECT_THAT(r->reason, HasSubstr(kHandsOff));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id = 'clear'"), 0) << r->reason;
+  EXPECT_LE(world.count("SELECT COUNT(*) FROM event WHERE kind = 'no_contact'"), 2);
+  EXPECT_GT(world.largest_true_N(), MirrorWorld::kThreshold_N);
+  EXPECT_LT(world.largest_true_N(), MirrorWorld::kLimit_N) << r->reason;
+}
+
 constexpr const char* kPad =
     R"({ "format": "specimen/1", "name": "pad", "disc_diameter_mm": 4, "faces": "free",
     "materials": { "P": { "relative_permittivity": 2.75, "youngs_modulus_kPa": 3687.87,

@@ -122,6 +122,16 @@ TEST(ZwickLies, AReversedDriveLeavesItsTargetAndShowsIt) {
   EXPECT_NEAR(b.true_N(), 10, 0.1);
 }
 
+TEST(ZwickLies, AMirroredDriveLeavesItsTargetAndShowsThatItObeys) {
+  LieBench b;
+  b.lie([](ZwickSimLies& l) { l.drive_mirrored = true; });
+  const double before_mm = b.true_mm();
+  const auto move = b.begin(b.frame->move_to(0.2_mm, 0.1_mm_s));
+  EXPECT_EQ(b.await(*move)->reason, MotionEnd::target);
+  EXPECT_NEAR(b.shown_mm(), 0.2, 3e-3);
+  EXPECT_NEAR(b.true_mm(), before_mm - 0.2, 3e-3);
+}
+
 TEST(ZwickLies, TheAxisCreepsAfterItsMotionUntilItIsStopped) {
   LieBench b;
   b.lie([](ZwickSimLies& l) { l.creep_m_s = 5e-6; });

@@ -12,6 +12,7 @@
 namespace lcrig {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::HasSubstr;
 
 class Probe : public RunFixture {
@@ -99,6 +100,35 @@ TEST_F(Probe, StopsWhereTheForceRisesOnTheWayBack) {
   step_back();
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 1);
   EXPECT_FALSE(probe.is_contact());
+}
+
+TEST_F(Probe, OfAForceThatRisesOnTheWayBackAndNotAtRestIsThatOfADriveThatPresses) {
+  touch([](double travel_m) { return kThreshold_N + kStiffness_N_m * (kTouched_m - travel_m); });
+  step_back();
+  EXPECT_TRUE(probe.rose());
+  EXPECT_GT(probe.rose_beyond_N(run(parts().view.watch_rest(3s)).value()), 4e-3);
+}
+
+TEST_F(Probe, OfAForceThatRisesAtRestAsOnTheWayBackIsADrift) {
+  const MonoTime begun = clock.now();
+  touch([&](double) { return kThreshold_N + 5e-3 * to_seconds(clock.now() - begun); });
+  step_back();
+  EXPECT_TRUE(probe.rose());
+  EXPECT_LE(probe.rose_beyond_N(run(parts().view.watch_rest(3s)).value()), 0);
+}
+
+// The cell shows a tenth of the force when the probe stops.
+TEST_F(Probe, OfACellWithAFilterWaitsUntilItHasFollowed) {
+  static constexpr double kFilter_s = 0.6, kForce_N = 0.2;
+  frame.abilities().reaction = 600ms;
+  const MonoTime begun = clock.now();
+  touch([&](double travel_m) {
+    const double late = 0.9 * std::exp(-to_seconds(clock.now() - begun) / kFilter_s);
+    return (1 - late) * (kForce_N - kStiffness_N_m * (kTouched_m - travel_m));
+  });
+  step_back();
+  EXPECT_FALSE(probe.rose());
+  EXPECT_TRUE(probe.is_contact());
 }
 
 TEST_F(Probe, StaysWithinTheLimitsOfTravel) {

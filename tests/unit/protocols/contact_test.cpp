@@ -91,6 +91,27 @@ TEST_F(Contact, IsNoneWhereTheForceStaysOnTheWayBack) {
   EXPECT_DOUBLE_EQ(*parts().contact.searched_from_m(), 4.9e-3) << "`finally` goes back there";
 }
 
+// It shows the travel that was ordered, and the cell shows the force too late for a check in
+// motion.
+TEST_F(Contact, OfADriveThatPressesOnTwoWaysBackIsNotBelievedAndNothingMovesAnyMore) {
+  double last_m = 0, deeper_m = 0, largest_N = 0;
+  frame.force_at = [&](double travel_m) {
+    deeper_m += 2 * std::max(0.0, last_m - travel_m);
+    last_m = travel_m;
+    const double true_N = specimen(travel_m + deeper_m);
+    largest_N = std::max(largest_N, true_N);
+    return true_N;
+  };
+  const auto found = search();
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().what, HasSubstr("the force rises against the command"));
+  ASSERT_TRUE(parts().drive.hands_off());
+  EXPECT_TRUE(found.error().hands_off);
+  EXPECT_EQ(events_of("no_contact"), 2);
+  EXPECT_EQ(events_of("contradiction"), 1);
+  EXPECT_LT(largest_N, 4 * kThreshold_N);
+}
+
 TEST_F(Contact, IsNotSearchedWhereTheProbeTouchesAlready) {
   frame.force_N = 0.1;
   const auto found = search();
