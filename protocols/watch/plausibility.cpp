@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 // When the frame reports standstill, samples of the motion may still be on their way.
 constexpr Duration kGrace = 300ms;
 constexpr double kLeastProgress = 0.1;  // of the way at the ordered speed
+constexpr double kLeastRate = 0.2;  // of the rate of the force, or of what the contact pushes back
 constexpr int kQuarters = 4;
 constexpr double kOneDigit = 1.5;  // digits of the travel; a smaller change is no motion
 // A jump of the force while the frame stands is seen by the medians of two short intervals. They
@@ -281,11 +282,12 @@ std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sam
   const double way_m = std::abs(*sample.travel_m - *progress_->travel_m);
   const double change_N = std::abs(*sample.force_N - *progress_->force_N);
   const bool by_loop = motion_.direction == 0;
-  const bool loads = by_loop && change_N >= 0.2 * motion_.rate_N_s * dt;
-  // A force loop that goes on in the specimen while the force does not follow is no progress.
-  const bool touches = std::abs(*sample.force_N - motion_.rest_N) > figures_.order_force_N;
+  const bool loads = by_loop && change_N >= kLeastRate * motion_.rate_N_s * dt;
   const bool moves = way_m >= kLeastProgress * motion_.speed_m_s * dt;
-  const bool went = loads || (moves && !(by_loop && touches));
+  // A force loop that goes on in a contact which should push back, and does not, is no progress.
+  const double should_N = by_loop ? press_.stiffness_N_m(*sample.travel_m) * way_m : 0;
+  const bool follows = change_N >= kLeastRate * should_N;
+  const bool went = loads || (moves && follows);
   idle_quarters_ = went ? 0 : idle_quarters_ + 1;
   mark(sample);
   if (idle_quarters_ < kQuarters) return std::nullopt;

@@ -18,6 +18,10 @@ class PressWatch {
   // The place of contact has changed or is unknown.
   void forget() { contact_.reset(); }
   bool knows() const { return contact_.has_value(); }
+  // The least stiffness of the contact, if it is known and this travel lies beyond it; else 0.
+  double stiffness_N_m(double travel_m) const {
+    return contact_ && travel_m > contact_->travel_m ? contact_->stiffness_N_m : 0;
+  }
 
   struct Motion {
     Motion() = default;
