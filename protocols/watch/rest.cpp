@@ -15,6 +15,7 @@ constexpr int kSureChanges = 5;
 constexpr std::size_t kEnoughSteps = 50;  // different ones
 constexpr double kRounded_m = 1.2e-9;  // error of a step between travels sent in whole nanometres
 constexpr double kLeastStep_m = 5e-9;  // smaller steps come from this rounding
+constexpr double kCoarseStep_m = 1e-3;  // longer ones tell too little, and have too many parts
 constexpr double kFinestDigit_m = 0.05e-6;  // a finer one is less than any step of a run
 constexpr double kLeastDigit_N = 1e-9;  // below the resolution of any cell
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
@@ -205,9 +206,9 @@ void TravelDigit::add(double travel_m) {
   }
 }
 
-// A part of the shortest step is as exact as this step, so its multiples are less exact.
-bool TravelDigit::all_are_multiples_of(double length_m) const {
-  const double least_m = std::ranges::min(steps_m_);
+// `length_m` is a part of the shortest step and as exact as this step, so its multiples are less
+// exact.
+bool TravelDigit::all_are_multiples_of(double length_m, double least_m) const {
   return std::ranges::all_of(steps_m_, [=](double step_m) {
     const double left_m = std::abs(std::remainder(step_m, length_m));
     return left_m <= kRounded_m * (1 + step_m / least_m);
@@ -221,10 +222,11 @@ bool TravelDigit::is_sure() const {
 double TravelDigit::digit_m() const {
   if (steps_m_.empty()) return kCoarsestDigit_m;
   const double least_m = std::ranges::min(steps_m_);
-  if (steps_ == 1 && least_m > kCoarsestDigit_m) return kCoarsestDigit_m;  // not known
+  const bool is_known = steps_ > 1 || least_m <= kCoarsestDigit_m;
+  if (!is_known || least_m > kCoarseStep_m) return kCoarsestDigit_m;
   double parts = std::ceil((least_m - kRounded_m) / kCoarsestDigit_m);
   for (; least_m / parts > kFinestDigit_m; ++parts) {
-    if (all_are_multiples_of(least_m / parts)) return least_m / parts;
+    if (all_are_multiples_of(least_m / parts, least_m)) return least_m / parts;
   }
   return 0;
 }

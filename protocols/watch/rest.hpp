@@ -125,7 +125,7 @@ class TravelDigit {
   bool is_sure() const;
 
  private:
-  bool all_are_multiples_of(double length_m) const;
+  bool all_are_multiples_of(double length_m, double least_m) const;
 
   std::optional<double> last_m_, last_step_m_;
   int steps_ = 0, changes_ = 0;

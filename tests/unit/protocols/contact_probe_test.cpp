@@ -40,6 +40,16 @@ class Probe : public RunFixture {
     const auto stepped = run(probe.step_back(kTouched_m));
     ASSERT_TRUE(stepped) << stepped.error().what;
   }
+  // The highest force of a spring on the way back from where the travel shows this.
+  double highest_N_on_way_back(double shown_m) {
+    touch([this](double travel_m) {
+      highest_N_ = std::max(highest_N_, spring(travel_m));
+      return spring(travel_m);
+    });
+    const auto stepped = run(probe.step_back(shown_m));
+    EXPECT_TRUE(stepped) << stepped.error().what;
+    return highest_N_;
+  }
   Rest look_at(double travel_m) {
     frame.travel_m = travel_m;
     return run(parts().view.watch_rest(ContactProbe::kLook)).value();
@@ -60,20 +70,15 @@ class Probe : public RunFixture {
   }
 
   Rest before_;
+  double highest_N_ = 0;
   ContactProbe probe{parts(), before_, kThreshold_N};
 };
 
 TEST_F(Probe, OfASpringIsAContactAndNeverPressesHarder) {
-  double highest_N = 0;
-  touch([&](double travel_m) {
-    highest_N = std::max(highest_N, spring(travel_m));
-    return spring(travel_m);
-  });
-  step_back();
+  EXPECT_LE(highest_N_on_way_back(kTouched_m), spring(kTouched_m));
   EXPECT_TRUE(probe.is_contact());
   EXPECT_NEAR(probe.touched_N(), kThreshold_N, 2e-4);
   EXPECT_LT(frame.travel_m, kTouched_m);
-  EXPECT_LE(highest_N, spring(kTouched_m));
 }
 
 TEST_F(Probe, StepsBackNoFurtherThanItHasTo) {
@@ -143,14 +148,7 @@ TEST_F(Probe, StaysWithinTheLimitsOfTravel) {
 TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
   frame.digit_m = 7e-6;
   show_digit({100e-6, 90e-6, 70e-6, 60e-6, 50e-6, 40e-6, 30e-6, 20e-6});
-  double highest_N = 0;
-  touch([&](double travel_m) {
-    highest_N = std::max(highest_N, spring(travel_m));
-    return spring(travel_m);
-  });
-  const auto stepped = run(probe.step_back(5.005e-3));
-  ASSERT_TRUE(stepped) << stepped.error().what;
-  EXPECT_LE(highest_N, spring(kTouched_m));
+  EXPECT_LE(highest_N_on_way_back(5.005e-3), spring(kTouched_m));
   EXPECT_TRUE(probe.is_contact());
 }
 
@@ -158,14 +156,7 @@ TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
 TEST_F(Probe, OfACoarseTravelThatIsNotSureTriesAShortStepAndThenOneOfADigit) {
   frame.digit_m = 7e-6;
   show_digit({100e-6, 60e-6, 20e-6});
-  double highest_N = 0;
-  touch([&](double travel_m) {
-    highest_N = std::max(highest_N, spring(travel_m));
-    return spring(travel_m);
-  });
-  const auto stepped = run(probe.step_back(5.005e-3));
-  ASSERT_TRUE(stepped) << stepped.error().what;
-  EXPECT_LE(highest_N, spring(kTouched_m + frame.digit_m / 2));
+  EXPECT_LE(highest_N_on_way_back(5.005e-3), spring(kTouched_m + frame.digit_m / 2));
   EXPECT_TRUE(probe.is_contact());
   EXPECT_EQ(events_of("contradiction"), 0);
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 2);
@@ -177,13 +168,7 @@ TEST_F(Probe, OfACoarseTravelOnAStiffContactStepsBackByADigit) {
   const FrameCapabilities& caps = frame.capabilities();
   setup().pressing.emplace(Forecast(caps, ForceBound({}, 600e3), {}), caps);
   show_digit({100e-6, 60e-6, 20e-6});
-  double highest_N = 0;
-  touch([&](double travel_m) {
-    highest_N = std::max(highest_N, spring(travel_m));
-    return spring(travel_m);
-  });
-  EXPECT_TRUE(run(probe.step_back(5.005e-3)));
-  EXPECT_LE(highest_N, spring(kTouched_m));
+  EXPECT_LE(highest_N_on_way_back(5.005e-3), spring(kTouched_m));
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 1);
 }
 
