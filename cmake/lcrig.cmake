@@ -34,7 +34,8 @@ endif()
 # The headers of Asio and JSON take longer to compile than our code, so several sources in one unit
 # build in less than half the time. Turn it off while editing single files.
 option(LCRIG_UNITY "Compile several sources as one unit" OFF)
-set(CMAKE_UNITY_BUILD_BATCH_SIZE 32)
+set(LCRIG_UNITY_BATCH 32 CACHE STRING "Sources of a unit")
+set(CMAKE_UNITY_BUILD_BATCH_SIZE ${LCRIG_UNITY_BATCH})
 if(LCRIG_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
