@@ -16,6 +16,7 @@ constexpr std::uint32_t kAfterResync = 1U << 2U;  // first reading after the lin
 constexpr std::uint32_t kAfterSetUp = 1U << 3U;  // first reading after the driver repeated the
                                                  // set-up, because the meter had become slow
 constexpr std::uint32_t kAfterGap = 1U << 4U;  // first reading after the meter was lost
+constexpr std::uint32_t kOutOfRange = 1U << 5U;  // a value that the meter cannot have measured
 }  // namespace lcr_flag
 
 namespace frame_flag {
@@ -28,8 +29,9 @@ constexpr std::uint32_t kAfterGap = 1U << 3U;  // samples that the device sent b
 }  // namespace frame_flag
 
 // Indexed by bit number.
-constexpr std::array<std::string_view, 5> kLcrFlagWords{
-    "overload_primary", "overload_secondary", "after_resync", "after_set_up", "after_gap"};
+constexpr std::array<std::string_view, 6> kLcrFlagWords{"overload_primary", "overload_secondary",
+                                                        "after_resync",     "after_set_up",
+                                                        "after_gap",        "out_of_range"};
 constexpr std::array<std::string_view, 4> kFrameFlagWords{"moving", "force_control",
                                                           "force_overload", "after_gap"};
 

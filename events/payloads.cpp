@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "events/payloads.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace lcrig {
@@ -20,6 +21,9 @@ class PayloadWriter {
   void field(const char* key, std::int64_t v) { put(key, fmt::format("{}", v)); }
   void field(const char* key, bool v) { put(key, v ? "true" : "false"); }
   void field(const char* key, std::string_view v) { put(key, quoted(v)); }
+  void field(const char* key, const std::vector<std::string>& v) {
+    put(key, json(v).dump(-1, ' ', false, json::error_handler_t::replace));
+  }
   template <HasWords E>
   void field(const char* key, E v) {
     field(key, to_string(v));
@@ -81,6 +85,9 @@ class PayloadReader {
   static bool is(const json& j, std::int64_t) { return j.is_number_integer(); }
   static bool is(const json& j, bool) { return j.is_boolean(); }
   static bool is(const json& j, const std::string&) { return j.is_string(); }
+  static bool is(const json& j, const std::vector<std::string>&) {
+    return j.is_array() && std::ranges::all_of(j, [](const json& e) { return e.is_string(); });
+  }
 
   const json& from_;
   const char* missing_ = nullptr;
@@ -163,6 +170,18 @@ void fields(F& f, SettingsEvent& e) {
   f.field("average", e.average);
   f.field("trigger", e.trigger);
   f.field("conversion_time_s", e.conversion_time_s);
+}
+template <class F>
+void fields(F& f, ReadBackEvent& e) {
+  f.field("equal", e.equal);
+  f.field("differs", e.differs);
+}
+template <class F>
+void fields(F& f, UnprovenEvent& e) {
+  f.field("asked_from_mono_ns", e.asked_from_mono_ns);
+  f.field("asked_to_mono_ns", e.asked_to_mono_ns);
+  f.field("readings", e.readings);
+  f.field("why", e.why);
 }
 template <class F>
 void fields(F& f, RunPoint& e) {
@@ -263,6 +282,8 @@ LCRIG_PAYLOAD(LateSamplesEvent)
 LCRIG_PAYLOAD(LevelAbandonedEvent)
 LCRIG_PAYLOAD(ContinuesEvent)
 LCRIG_PAYLOAD(SettingsEvent)
+LCRIG_PAYLOAD(ReadBackEvent)
+LCRIG_PAYLOAD(UnprovenEvent)
 LCRIG_PAYLOAD(RunPoint)
 LCRIG_PAYLOAD(RequestEvent)
 LCRIG_PAYLOAD(AnswerEvent)

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/meter_words.hpp"
 #include "base/result.hpp"
@@ -118,6 +119,23 @@ struct SettingsEvent {
   std::optional<double> average;
   std::optional<LcrTrigger> trigger;
   std::optional<double> conversion_time_s;
+};
+
+// The settings were read back from the meter and compared with those of the last `settings` event.
+// The time of its row is the end of the read-back.
+struct ReadBackEvent {
+  static constexpr EventKind kKind = EventKind::read_back;
+  bool equal = true;
+  std::optional<std::vector<std::string>> differs;  // their keys; absent when equal
+};
+
+// Readings asked from `asked_from_mono_ns` to `asked_to_mono_ns` (both included) were not taken
+// between two equal read-backs.
+struct UnprovenEvent {
+  static constexpr EventKind kKind = EventKind::unproven;
+  std::int64_t asked_from_mono_ns = 0, asked_to_mono_ns = 0;
+  std::int64_t readings = 0;
+  std::string why;
 };
 
 // The state that a new run needs to continue at the step that was interrupted. Written when a step

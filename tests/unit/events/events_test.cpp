@@ -97,6 +97,16 @@ TEST(EventPayload, OfALossIsWhatWasStored) {
   expect_stored(LateSamplesEvent{0.25}, R"({"age_s":0.250})");
 }
 
+TEST(EventPayload, OfAReadBackIsWhatWasStored) {
+  expect_stored(ReadBackEvent{true, std::nullopt}, R"({"equal":true})");
+  expect_stored(ReadBackEvent{false, std::vector<std::string>{"frequency_Hz", "function"}},
+                R"({"equal":false,"differs":["frequency_Hz","function"]})");
+  EXPECT_FALSE(from_json<ReadBackEvent>(R"({"differs":["level_V"]})"));
+  expect_stored(UnprovenEvent{1000000000, 2500000000, 26, "the meter restarted"},
+                R"({"asked_from_mono_ns":1000000000,"asked_to_mono_ns":2500000000,"readings":26,)"
+                R"("why":"the meter restarted"})");
+}
+
 TEST(EventPayload, OfAStateIsWhatWasStored) {
   RunPoint p;
   p.steps_done = 17;
