@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/force_class.hpp"
 #include "base/log.hpp"
 #include "base/port_url.hpp"
 #include "daemon/rig/bench.hpp"
@@ -56,12 +55,7 @@ void read_frame(const JsonReader& r, Config& c) {
     c.frame_port = read_port(r);
     f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
     f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
-    if (const auto n = r.find("force_class")) {
-      f.force_class_percent = n->number();
-      if (!is_force_class(f.force_class_percent)) {
-        n->refuse(fmt::format("{:g}, expected {}", f.force_class_percent, kForceClassWords));
-      }
-    }
+    f.force_class = parse_force_class(r);
     if (const auto loop = r.find("force_loop")) f.force_loop = read_force_loop(*loop);
   }
   r.no_other_keys();

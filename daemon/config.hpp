@@ -22,7 +22,7 @@ struct FrameFacts {
   std::optional<double> stiffness_N_m;  // of frame, cell and fixture together, at most; absent:
                                         // rigid
   std::optional<double> start_gap_m;  // the gap when a run begins
-  double force_class_percent = 1;  // accuracy class of the cell by ISO 7500-1
+  std::optional<ForceClass> force_class;  // of the load cell
   std::optional<ForceLoop> force_loop;  // used where CAPS do not contain it
 };
 

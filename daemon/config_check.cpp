@@ -182,7 +182,11 @@ std::string config_summary(const Config& config) {
     const auto& stiffness = config.frame.stiffness_N_m;
     line("stiffness", stiffness ? fmt::format("{:g} N/mm", *stiffness * 1e-3)
                                 : std::string("not stated: the frame counts as rigid"));
-    line("force class", fmt::format("{:g}", config.frame.force_class_percent));
+    const auto& cell = config.frame.force_class;
+    line("force class", cell ? fmt::format("{:g}", cell->percent())
+                             : fmt::format("not stated: {:g} is assumed, unless the frame states "
+                                           "another one",
+                                           kAssumedForceClass.percent()));
   }
   if (const auto& d = config.fixture.probe_diameter_m) {
     line("probe diameter", fmt::format("{:g} mm", *d * 1e3));

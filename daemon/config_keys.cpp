@@ -93,7 +93,11 @@ constexpr Key kKeys[] = {
     {"frame.start_gap_mm", Part::rig, Needs::machine, kIdle,
      [](const Config& c) { return scaled(c.frame.start_gap_m, 1e3); }, kTakeFrame},
     {"frame.force_class", Part::rig, Needs::machine, kIdle,
-     [](const Config& c) { return ConfigValue(c.frame.force_class_percent); }, kTakeFrame},
+     [](const Config& c) {
+       const auto& cell = c.frame.force_class;
+       return cell ? ConfigValue(cell->percent()) : ConfigValue();
+     },
+     kTakeFrame},
     {"frame.force_loop.approach_mm_s", Part::rig, Needs::force_loop, kIdle,
      of_loop<&ForceLoop::approach, 1e3>, kTakeFrame},
     {"frame.force_loop.contact_N", Part::rig, Needs::force_loop, kIdle,

@@ -87,7 +87,7 @@ Rig describe_rig(Instruments& instruments) {
   rig.specimen_least_m = info.specimen_least_m;
   rig.specimen_free_m = info.specimen_free_m;
   rig.frame_stiffness_N_m = info.frame.stiffness_N_m;
-  rig.force_class_percent = info.frame.force_class_percent;
+  if (info.frame.force_class) rig.frame.force_class = info.frame.force_class;
   if (info.frame.start_gap_m) rig.start_gap = Length::from_si(*info.frame.start_gap_m);
   rig.compression_m = info.compression_m;
   rig.expected_contact = info.expected_contact;
@@ -245,6 +245,7 @@ RunSetup Session::make_setup(std::int64_t run) {
   setup.limits = plan_.limits;
   setup.commands = commands_;
   setup.frame_rate_Hz = plan_.frame_rate_Hz;
+  setup.cell = rig_.frame.cell();
   if (forecast_) setup.pressing.emplace(*forecast_, rig_.frame);
   setup.start_gap_m = info.frame.start_gap_m;
   json planned = to_json(plan_);

@@ -16,10 +16,19 @@ using nlohmann::json;
 namespace {
 
 StoredCapabilities capabilities_of(const FrameCapabilities& c) {
-  return {c.motion,           c.force_hold,      c.device_stop,
-          c.weights,          c.force_max.si(),  c.speed_max.si(),
-          c.travel_min.si(),  c.travel_max.si(), to_seconds(c.reaction),
-          c.deceleration.si()};
+  StoredCapabilities out;
+  out.motion = c.motion;
+  out.force_hold = c.force_hold;
+  out.device_stop = c.device_stop;
+  out.weights = c.weights;
+  out.force_max_N = c.force_max.si();
+  out.speed_max_m_s = c.speed_max.si();
+  out.travel_min_m = c.travel_min.si();
+  out.travel_max_m = c.travel_max.si();
+  out.reaction_s = to_seconds(c.reaction);
+  out.deceleration_m_s2 = c.deceleration.si();
+  if (c.force_class) out.force_class_percent = c.force_class->percent();
+  return out;
 }
 
 std::string limits_json(const BoundLimits& l) {
@@ -60,7 +69,7 @@ RunRow Session::make_row() const {
   row.lcr_identity = meter_identity_.text;
   row.frame_identity = frame_identity_.text;
   row.lcr_settings_json = to_json(settings_event(settings_, conversion));
-  row.frame_capabilities_json = to_json(capabilities_of(instruments_->frame().capabilities()));
+  row.frame_capabilities_json = to_json(capabilities_of(rig_.frame));
   row.frame_limits_json = limits_json(plan_.limits);
   row.corrections =
       corrections_of(meter_identity_, info.simulated || meter_identity_.simulated, corrections_);

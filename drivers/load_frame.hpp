@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/force_class.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/task.hpp"
@@ -39,6 +40,7 @@ struct FrameCapabilities {
   bool travel_channel = true;
   bool zero_force = false, zero_travel = false;
   Force force_max;  // nominal of the load cell
+  std::optional<ForceClass> force_class;  // of the load cell; absent: not stated
   Velocity speed_min, speed_max;
   Length travel_min, travel_max;
   double sample_rate_max_Hz = 0;
@@ -46,6 +48,7 @@ struct FrameCapabilities {
   // Reaction time and deceleration predict the overshoot (docs/frame-link.md, section 2).
   Duration reaction{};
   Acceleration deceleration;
+  ForceClass cell() const { return force_class.value_or(kAssumedForceClass); }
   bool operator==(const FrameCapabilities&) const = default;
 };
 

@@ -11,8 +11,7 @@ namespace lcrig {
 namespace {
 
 // Limits between which all values are equally likely.
-constexpr double kCellClass = 0.01;  // ISO 7500-1, class 1
-constexpr double kCellZero_N = 5e-3;  // left by a tare
+constexpr double kCellZero_N = 5e-3;  // left by a tare of a cell of class 1; grows with the class
 constexpr double kProbe = 2 * 0.02 / 4;  // area of a tip of 4 mm, turned to +-0.02 mm
 constexpr double kClock_ppm = 50;
 constexpr double kDrift_F_h = 50e-15;
@@ -33,14 +32,14 @@ constexpr double kTouch_N = 0.01;
 }  // namespace
 
 BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope,
-                         std::optional<std::uint64_t> rig_seed)
+                         std::optional<std::uint64_t> rig_seed, ForceClass cell)
     : scope_(scope), random_(rig_seed.value_or(seed) ^ kSalt) {
   const auto within = [this](double limit) {
     return std::uniform_real_distribution<double>(-limit, limit)(random_);
   };
   meter_gain_ = within(1);
   meter_offset_ = within(1);
-  cell_gain_ = within(kCellClass);
+  cell_gain_ = within(cell.part());
   probe_gain_ = within(kProbe);
   clock_ppm_ = within(kClock_ppm);
   drift_F_s_ = within(kDrift_F_h) / 3600;
@@ -48,7 +47,7 @@ BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope,
   hysteresis_ = within(kHysteresis);
   hum_F_ = within(kHum_F);
   hum_s_ = 7.5 + within(2.5);
-  cell_zero_N_ = within(kCellZero_N);
+  cell_zero_N_ = within(kCellZero_N * cell.percent());
   if (rig_seed) random_.seed(seed ^ kSalt);
   std::normal_distribution<double> normal;
   for (int k = 0; k < kOctaves; ++k) flicker_F_.push_back(kFlicker_F * normal(random_));

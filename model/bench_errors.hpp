@@ -13,6 +13,7 @@
 #include <random>
 #include <vector>
 
+#include "base/force_class.hpp"
 #include "model/plant.hpp"
 
 namespace lcrig {
@@ -30,8 +31,10 @@ class BenchErrors {
   static constexpr double kSlope = 0.01, kSeating_F = 1e-15;
 
   // `rig_seed`: lasting errors are drawn from it, so that runs with other seeds use the same rig.
+  // `cell`: class of the load cell, whose limits the shown force keeps.
   explicit BenchErrors(std::uint64_t seed, ErrorScope scope = ErrorScope::everything,
-                       std::optional<std::uint64_t> rig_seed = {});
+                       std::optional<std::uint64_t> rig_seed = {},
+                       ForceClass cell = kAssumedForceClass);
 
   // Passes the errors that the plant can produce by itself to it: gain and offset of the meter,
   // class and zero of the cell, probe, creep. Except with `everything`, it removes nearly all

@@ -15,7 +15,10 @@ Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen, d
     mounting.creep_time_s = specimen.creep->time_s;
   }
   std::optional<BenchErrors> errors;
-  if (scope) errors.emplace(mounting.seed, *scope, rig_seed);
+  if (scope) {
+    const ForceClass cell = mounting.force_class.value_or(kAssumedForceClass);
+    errors.emplace(mounting.seed, *scope, rig_seed, cell);
+  }
   if (errors) errors->apply(mounting);
   auto choice = choose_level(specimen, tolerance, max_pressure);
   if (!choice) {

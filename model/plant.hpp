@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/force_class.hpp"
 #include "base/time.hpp"
 
 namespace lcrig {
@@ -37,6 +38,8 @@ struct PlantConfig {
   double force_drift_N_s = 0;  // of the cell's zero
   double force_tare_error_N = 0;  // shown without a load after the zero was set
   double force_gain = 1;  // shown force over true force; within the class of the cell
+  std::optional<ForceClass> force_class;  // of the cell, as its gateway states it; absent: it does
+                                          // not state one
   double travel_resolution_m = 1e-7;
   double force_nominal_N = 20;
   double travel_min_m = -0.1, travel_max_m = 0.1;

@@ -9,6 +9,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr const char* kForceClass = "force_class_percent";
+
 template <class F, class T>
 void fields(F field, T& c) {
   field("motion", c.motion);
@@ -28,6 +30,7 @@ void fields(F field, T& c) {
 std::string to_json(const StoredCapabilities& capabilities) {
   json out;
   fields([&out](const char* key, auto value) { out[key] = value; }, capabilities);
+  if (capabilities.force_class_percent) out[kForceClass] = *capabilities.force_class_percent;
   return out.dump();
 }
 
@@ -39,6 +42,9 @@ StoredCapabilities parse_capabilities(std::string_view text) {
     if (found != stored.end() && found->type() == json(value).type()) found->get_to(value);
   };
   fields(read, out);
+  double percent = 0;
+  read(kForceClass, percent);
+  if (percent > 0) out.force_class_percent = percent;
   return out;
 }
 

@@ -3,6 +3,7 @@
 // The daemon writes it, the analysis reads it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,7 @@ struct StoredCapabilities {
   bool weights = false;  // a rod with weights
   double force_max_N = 0, speed_max_m_s = 0, travel_min_m = 0, travel_max_m = 0;
   double reaction_s = 0, deceleration_m_s2 = 0;
+  std::optional<double> force_class_percent;  // of the load cell; absent: not stated
 };
 std::string to_json(const StoredCapabilities& capabilities);
 // What `text` does not contain keeps its default.

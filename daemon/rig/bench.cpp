@@ -29,6 +29,7 @@ void read_frame(const JsonReader& r, Bench& b) {
   read(r, "force_resolution", Dimension::force, p.force_resolution_N);
   read(r, "force_offset", Dimension::force, p.force_offset_N, kAnyNumber);
   read(r, "force_nominal", Dimension::force, p.force_nominal_N, kPositive);
+  p.force_class = parse_force_class(r);
   read(r, "travel_resolution", Dimension::length, p.travel_resolution_m);
   read(r, "travel_min", Dimension::length, p.travel_min_m, kAnyNumber);
   read(r, "travel_max", Dimension::length, p.travel_max_m, kAnyNumber);
@@ -56,6 +57,15 @@ void read_meter(const JsonReader& r, PlantConfig& p) {
 std::optional<double> Fixture::probe_area_m2() const {
   if (!probe_diameter_m) return std::nullopt;
   return std::numbers::pi / 4 * *probe_diameter_m * *probe_diameter_m;
+}
+
+std::optional<ForceClass> parse_force_class(const JsonReader& frame) {
+  const auto key = frame.find("force_class");
+  if (!key) return std::nullopt;
+  const double percent = key->number();
+  if (is_force_class(percent)) return ForceClass(percent);
+  key->refuse(fmt::format("{:g}, expected {}", percent, kForceClassWords));
+  return std::nullopt;
 }
 
 Fixture parse_fixture(const JsonReader& fixture) {

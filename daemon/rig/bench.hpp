@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/force_class.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/strict_json.hpp"
@@ -25,6 +26,8 @@ struct Fixture {
 };
 // Reads the `fixture` object of a bench or config file.
 Fixture parse_fixture(const JsonReader& fixture);
+// Reads `force_class` of the `frame` object of a bench or config file. nullopt: it is not stated.
+std::optional<ForceClass> parse_force_class(const JsonReader& frame);
 
 struct Bench {
   std::string name, text;

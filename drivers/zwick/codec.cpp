@@ -56,6 +56,17 @@ Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
   return std::optional<ForceLoop>(loop);
 }
 
+Result<std::optional<ForceClass>> parse_force_class(const Line& line) {
+  if (!line.find("force_class")) return std::optional<ForceClass>();
+  const auto percent = line.number_of("force_class");
+  if (!percent) return fail(percent.error());
+  if (!is_force_class(*percent)) {
+    return fail(Errc::garbled, "CAPS with a force_class of {:.6g}, expected {}", *percent,
+                kForceClassWords);
+  }
+  return std::optional(ForceClass(*percent));
+}
+
 }  // namespace
 
 std::string format_hello(const Hello& hello) {
@@ -98,6 +109,7 @@ std::string format_caps(const FrameCapabilities& c) {
   w.flag("force", c.force_channel).flag("travel", c.travel_channel);
   w.flag("zero_force", c.zero_force).flag("zero_travel", c.zero_travel);
   w.number("force_max_N", c.force_max.si());
+  if (c.force_class) w.number("force_class", c.force_class->percent());
   w.number("speed_min_mm_s", to_mm(c.speed_min.si()));
   w.number("speed_max_mm_s", to_mm(c.speed_max.si()));
   w.number("travel_min_mm", to_mm(c.travel_min.si()));
@@ -138,6 +150,7 @@ Result<FrameCapabilities> parse_caps(const Line& line) {
   c.zero_force = line.flag("zero_force");
   c.zero_travel = line.flag("zero_travel");
   c.force_max = Force::from_si(v[0]);
+  if (auto r = keep(parse_force_class(line), c.force_class); !r) return fail(r.error());
   c.speed_min = Velocity::from_si(from_mm(v[1]));
   c.speed_max = Velocity::from_si(from_mm(v[2]));
   c.travel_min = Length::from_si(from_mm(v[3]));

@@ -35,6 +35,7 @@ FrameCapabilities SimLimits::of_machine() const {
     c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
   }
   c.force_max = Force::from_si(p.force_nominal_N);
+  c.force_class = p.force_class;
   c.speed_min = Velocity::from_si(settings_.speed_min_m_s);
   c.speed_max = Velocity::from_si(p.speed_max_m_s);
   c.travel_min = Length::from_si(p.travel_min_m);

@@ -41,7 +41,6 @@ struct Rig {
   std::optional<Length> start_travel;  // where the frame stands
   std::optional<Length> start_gap;  // as a person stated it: gap_mm may be used at once
   std::optional<Length> found_contact;  // machine travel where find_contact found it
-  double force_class_percent = 1;  // class of the load cell, ISO 7500-1
   std::optional<double> force_noise_N;  // observed noise of one sample at rest
   std::optional<ForceScatter> force_scatter;  // observed as well, by digits of the cell
   double rest_force_N = 0;  // observed force of the unloaded cell

@@ -27,7 +27,7 @@ bool exceeds(double v, double max) {
 }
 
 double least_trip_N(const FrameCapabilities& caps, double noise_N) {
-  return std::max(1e-3 * caps.force_max.si(), 6 * noise_N);
+  return std::max(caps.cell().zero_error_N(caps.force_max.si()), 6 * noise_N);
 }
 
 double largest_end_N(double limit_N, double noise_N) {

@@ -13,7 +13,7 @@ namespace lcrig {
 bool exceeds(double v, double max);
 
 // The smallest force at which a device can be told to stop. Below it the noise and the zero of its
-// cell would stop it. `noise_N`: standard deviation of a sample.
+// cell, which its class bounds, would stop it. `noise_N`: standard deviation of a sample.
 double least_trip_N(const FrameCapabilities& caps, double noise_N);
 
 // The largest force that a motion may be planned to end at. The guard ends a run at the first

@@ -134,18 +134,22 @@ void Planner::finish_figures() {
   plan_.weights = rig_.frame().weights;
   if (plan_.weights) return;
   ForceUncertainty& u = plan_.force_uncertainty;
-  const double part = rig_.known().force_class_percent / 100;
+  const ForceClass cell = rig_.frame().cell();
   u.class_N =
-      part * std::max(std::abs(rig_.limits().force_min_N), std::abs(rig_.limits().force_max_N));
-  // ISO 7500-1 allows the zero an error of a tenth of the class, as a share of the cell's largest
-  // force.
-  u.zero_N = part / 10 * rig_.frame().force_max.si();
+      std::max(cell.error_N(rig_.limits().force_min_N), cell.error_N(rig_.limits().force_max_N));
+  u.zero_N = cell.zero_error_N(rig_.frame().force_max.si());
   if (const auto noise = force_noise_N(rig_.known())) u.noise_N = 4 * *noise;
   plan_.watch = watch_figures(rig_.frame(), rig_.forecast().bound(), rig_.limits().force_max_N,
                               plan_.frame_rate_Hz, rig_.known().force_scatter,
                               force_noise_N(rig_.known()).value_or(0));
   if (!rig_.has_moved()) return;
   foresee_lies();
+  if (!rig_.frame().force_class) {
+    rig_.assume(
+        fmt::format("load cell of class {:g} (ISO 7500-1): neither frame.force_class nor "
+                    "the frame states one",
+                    cell.percent()));
+  }
   for (const std::string& text : forecast_assumptions(rig_.known(), rig_.forecast())) {
     rig_.assume(text);
   }

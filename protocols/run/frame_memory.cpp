@@ -21,15 +21,15 @@ double way_m(const FrameMemory& before, const FrameTolerance& allowed) {
 Result<> compare_force_on_way(const FrameMemory& before, const FrameMemory& now,
                               const FrameTolerance& allowed) {
   if (!before.zeroed || !allowed.force_after_N || !before.force_N || !now.force_N) return {};
-  constexpr double kSigmas = 5, kClass = 0.01;
+  constexpr double kSigmas = 5;
   const bool closer = *now.travel_m >= *before.travel_m;
   const double far_N = closer ? *before.force_N : *now.force_N;
   const double near_N = closer ? *now.force_N : *before.force_N;
   const double way_m = std::abs(*now.travel_m - *before.travel_m);
   const double most_N =
       allowed.rest_N + allowed.force_after_N(std::max(0.0, far_N - allowed.rest_N), way_m);
-  const double doubt_N =
-      allowed.force_N + kSigmas * allowed.noise_N + kClass * std::max(std::abs(far_N), near_N);
+  const double doubt_N = allowed.force_N + kSigmas * allowed.noise_N +
+                         std::max(allowed.cell.error_N(far_N), allowed.cell.error_N(near_N));
   if (near_N >= far_N - doubt_N && near_N <= most_N + doubt_N) return {};
   return fail(Errc::refused,
               "the frame shows {:.4f} N at {:.4f} mm, last seen {:.4f} N at {:.4f} mm: no contact "

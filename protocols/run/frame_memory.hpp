@@ -32,6 +32,7 @@ struct FrameTolerance {
   double force_N = 0;  // for a frame that stood
   Duration silence = std::chrono::milliseconds(1200);  // until the gateway stops a moving frame
   Acceleration deceleration;
+  ForceClass cell = kAssumedForceClass;
   double rest_N = 0, noise_N = 0;  // of the unloaded cell: mean, and scatter of one sample
   // The largest force after a way towards the specimen. Empty: unknown.
   std::function<double(double felt_N, double way_m)> force_after_N;

@@ -19,7 +19,6 @@ using namespace std::chrono_literals;
 constexpr double kMayRelax = 0.3, kMayGiveBack = 0.05;  // as parts of the felt force
 constexpr double kLeastOfLimit = 0.02;
 constexpr double kSettles = 0.1;  // part of the force, from the stop to the next sample
-constexpr double kZeroDoubt = 1e-3;  // part of the cell's nominal force: error of zero in class 1
 
 // Whether a single force value shows that the target was reached from the side of `direction`.
 bool is_there(double force_N, double target_N, int direction, double allowed_N) {
@@ -85,7 +84,7 @@ bool FrameTruth::is_pulled(double force_N) const {
 }
 
 double FrameTruth::zero_doubt_N() const {
-  return kZeroDoubt * setup_.frame.capabilities().force_max.si();
+  return setup_.cell.zero_error_N(setup_.frame.capabilities().force_max.si());
 }
 
 // The motion with the tolerances that apply from now on.

@@ -317,6 +317,7 @@ Result<> compare_place(RunParts& run, const FrameMemory& before) {
   FrameTolerance allowed;
   allowed.force_N = kForceTolerance * (run.setup.limits.force_max_N - run.setup.limits.force_min_N);
   allowed.deceleration = run.setup.frame.capabilities().deceleration;
+  allowed.cell = run.setup.cell;
   allowed.rest_N = run.truth.rest_N();
   allowed.noise_N = run.truth.noise_N();
   if (run.pressing != nullptr) {

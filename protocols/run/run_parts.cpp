@@ -24,7 +24,7 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
       progress(s),
       log(s.clock, s.sink),
       interrupts(executor, s.clock, log, std::move(look)),
-      guard(s.limits, stale_after(s.frame_rate_Hz)),
+      guard(s.limits, stale_after(s.frame_rate_Hz), s.cell),
       view(s, log),
       truth(s, log, guard, pressing, view),
       contact(s, v, guard, truth),

@@ -49,6 +49,7 @@ struct RunSetup {
   // only observed, and never stopped.
   bool commands = true;
   double frame_rate_Hz = kFrameRate_Hz;  // of the samples
+  ForceClass cell = kAssumedForceClass;  // of the load cell, as the plan has it
   std::optional<Pressing> pressing;  // bounds the force; set for a frame that moves
   std::optional<double> start_gap_m;  // as a person stated it
   std::string plan_json;  // figures and assumptions of the plan, stored with the run

@@ -78,7 +78,7 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
 std::optional<std::string> Guard::check_force(double force_N) const {
   double most = force_max_N();
   if (mode_ == Mode::returning) {
-    most = std::max(most, 1.01 * peak_force_N_ + kSampleSigmas * noise_N_);
+    most = std::max(most, (1 + cell_.part()) * peak_force_N_ + kSampleSigmas * noise_N_);
   }
   if (force_N >= limits_.force_min_N && force_N <= most) return std::nullopt;
   if (mode_ == Mode::returning && force_N > most) {

@@ -15,8 +15,8 @@ namespace lcrig {
 class Guard {
  public:
   // No sample may lie outside `limits`.
-  Guard(const BoundLimits& limits, Duration stale_after)
-      : limits_(limits), stale_after_(stale_after) {}
+  Guard(const BoundLimits& limits, Duration stale_after, ForceClass cell)
+      : limits_(limits), stale_after_(stale_after), cell_(cell) {}
 
   // Why this sample must stop the run; nullopt: it is within the limits.
   std::optional<std::string> check(const FrameSample& sample);
@@ -68,6 +68,7 @@ class Guard {
 
   BoundLimits limits_;
   Duration stale_after_;
+  ForceClass cell_;
   std::optional<MonoTime> last_, travel_seen_;  // times of the last force and of the last travel
   bool watch_age_ = false;
   Mode mode_ = Mode::watching;

@@ -7,15 +7,9 @@
 
 namespace lcrig {
 
-namespace {
-
-constexpr double kClass = 0.01;  // of the force: error of a cell of class 1
-
-bool is_beyond(double observed_N, double predicted_N, double noise_N) {
-  return observed_N > predicted_N * (1 + kClass) + kSampleSigmas * noise_N;
+bool Pressing::is_beyond(double observed_N, double predicted_N, double noise_N) const {
+  return observed_N > predicted_N * (1 + caps_.cell().part()) + kSampleSigmas * noise_N;
 }
-
-}  // namespace
 
 Pressing::Permit Pressing::away(const State& now) const {
   Permit permit;

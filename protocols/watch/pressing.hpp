@@ -94,6 +94,7 @@ class Pressing {
  private:
   Result<> check(double worst_N, const State& now, double force_N, double speed_m_s) const;
   void judge(Comparison& c, double noise_N);
+  bool is_beyond(double observed_N, double predicted_N, double noise_N) const;
   std::optional<Comparison> add_late(const FrameSample& sample);
 
   Forecast forecast_;

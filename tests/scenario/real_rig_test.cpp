@@ -2,8 +2,11 @@
 // Properties that must hold on a real rig that is not known in advance: origins of travel,
 // overloads and ways back, stops that are not confirmed, stops at any moment, and a frame that
 // somebody else uses.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
 
 #include "daemon/rig/bench_door.hpp"
 #include "drivers/zwick/sim.hpp"
@@ -24,6 +27,23 @@ void stop_late(SessionWorld& world, const std::string& step_id, double late_s) {
                           frame(w).poke();
                         }});
 }
+
+// A bench whose cell errs within its class.
+class CellWorld final : public SessionWorld {
+ public:
+  CellWorld(std::string text, ForceClass cell, std::uint64_t seed)
+      : SessionWorld(std::move(text)), seed_(seed) {
+    bench.plant.force_class = cell;
+    bench.plant.force_nominal_N = 5;
+    bench.errors = ErrorScope::everything;
+  }
+
+ private:
+  void adjust(SimRequest& sim, Recorder::Options&) override {
+    sim.seed = static_cast<std::int64_t>(seed_);
+  }
+  std::uint64_t seed_;
+};
 
 void expect_unloaded(const SessionWorld& world) {
   EXPECT_LT(world.real("SELECT force_N FROM frame_sample ORDER BY seq DESC"), 0.02);
@@ -48,6 +68,31 @@ TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
     ASSERT_TRUE(r) << r.error().what;
     EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
     expect_unloaded(world);
+  }
+}
+
+// The cells err as their class allows, in gain and in the zero that a tare leaves. The range is
+// that of a cell whose zero is good enough for the contact force of these files (0.02 N).
+TEST(RealRig, ShippedProtocolsSucceedOnACellOfAnyClass) {
+  const std::map<std::string, ParameterValues> shorter{
+      {"static-frame", {{"repeats", "1"}, {"levels", "3"}}},
+      {"dynamic-cycles", {{"cycles", "1"}, {"gap_mm", "0.2"}}},
+      {"preconditioning", {{"cycles", "2"}, {"rest_s", "1"}}},
+      {"creep", {{"hold_s", "5"}, {"recovery_s", "5"}}}};
+  for (const double percent : kForceClasses) {
+    for (const auto& [name, parameters] : shorter) {
+      for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        SCOPED_TRACE(fmt::format("class {}, {}, seed {}", percent, name, seed));
+        CellWorld world(library(name), ForceClass(percent), seed);
+        world.parameters = parameters;
+        const auto r = world.run();
+        ASSERT_TRUE(r) << r.error().what;
+        EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+        const auto stored =
+            nlohmann::json::parse(world.text("SELECT frame_capabilities_json FROM run"));
+        EXPECT_EQ(stored.at("force_class_percent"), percent);
+      }
+    }
   }
 }
 

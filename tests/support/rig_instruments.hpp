@@ -77,7 +77,7 @@ class RigInstruments final : public Instruments, private BenchDoor {
         person_(clock, std::chrono::seconds(2)) {
     info_.fixture.probe_diameter_m = rig.probe_diameter_m;
     info_.frame.stiffness_N_m = rig.frame_stiffness_N_m;
-    info_.frame.force_class_percent = rig.force_class_percent;
+    info_.frame.force_class = ForceClass(rig.force_class_percent);
     info_.frame.force_loop = rig.force_loop;
   }
 

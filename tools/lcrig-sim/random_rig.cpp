@@ -57,14 +57,16 @@ Contact draw_contact(Draw& draw, double limit_N, bool curved) {
   return c;
 }
 
-void draw_cell(Draw& draw, std::uint32_t quirks, RandomRig& rig) {
+void draw_cell(Draw& draw, const RigOptions& options, RandomRig& rig) {
+  const std::uint32_t quirks = rig.quirks;
   PlantConfig& p = rig.plant;
   p.force_nominal_N = round_to(draw.scale(5, 500), 2);
   p.force_noise_N = p.force_nominal_N * draw.scale(3e-6, 1e-4);
   p.force_resolution_N = std::pow(10, std::floor(std::log10(p.force_noise_N)));
   rig.limit_N =
       round_to(std::clamp(draw.scale(0.3, 20), 60 * p.force_noise_N, 0.8 * p.force_nominal_N), 2);
-  rig.force_class_percent = draw.chance(0.5) ? 1 : 0.5;
+  const double drawn = draw.chance(0.5) ? 1 : 0.5;
+  rig.force_class_percent = options.force_class_percent.value_or(drawn);
   const double class_part = rig.force_class_percent / 100;
   const double offset_N = draw.even(-0.08, 0.08) * rig.limit_N;
   const double drift_N_s = draw.even(-0.3, 0.3) * class_part / 10 * p.force_nominal_N / 600;
@@ -240,7 +242,7 @@ RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
   RandomRig rig;
   rig.seed = seed;
   rig.quirks = draw_quirks(draw) & ~options.without;
-  draw_cell(draw, rig.quirks, rig);
+  draw_cell(draw, options, rig);
   draw_travel(draw, rig.quirks, rig);
   draw_stop(draw, rig.quirks, rig);
   draw_loop(draw, rig.quirks, rig);

@@ -85,6 +85,8 @@ struct RigOptions {
   std::uint32_t without = 0;  // quirks to leave out
   std::optional<Lie> lie;
   std::optional<double> gap_m;  // instead of the drawn one
+  std::optional<double> force_class_percent;  // of the cell, which errs within it; instead of the
+                                              // drawn one
 };
 
 RandomRig random_rig(std::uint64_t seed, const RigOptions& options = RigOptions());

@@ -71,5 +71,19 @@ TEST(Bench, TheLargestRateOfTheFrameHasBounds) {
   }
 }
 
+TEST(Bench, TheClassOfItsCellIsOneOfIso7500) {
+  const auto bench = [](const std::string& frame) {
+    return parse_bench(R"({ "format": "bench/1", "name": "x", "error_tolerance": 1e-3,
+      "fixture": { "probe_diameter_mm": 4 }, "frame": {)" +
+                           frame + R"(}, "meter": {} })",
+                       "b.json");
+  };
+  EXPECT_EQ(bench("")->plant.force_class, std::nullopt);
+  EXPECT_EQ(bench(R"("force_class": 3)")->plant.force_class, ForceClass(3));
+  const auto wrong = bench(R"("force_class": 4)");
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().what, HasSubstr("/frame/force_class: 4, expected 0.5, 1, 2 or 3"));
+}
+
 }  // namespace
 }  // namespace lcrig

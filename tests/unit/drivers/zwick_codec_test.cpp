@@ -146,6 +146,12 @@ TEST(FrameLinkMessages, CapabilitiesWithoutAFieldOrWithAnEmptyRangeAreGarbled) {
   auto text = format_caps(c);
   ASSERT_TRUE(parse_caps(must_parse(chomp(text))));
   EXPECT_FALSE(parse_caps(must_parse("CAPS motion=1")));
+  c.force_class = ForceClass(3);
+  auto of_class = format_caps(c);
+  EXPECT_EQ(parse_caps(must_parse(chomp(of_class)))->force_class, ForceClass(3));
+  EXPECT_EQ(parse_caps(must_parse(chomp(text)))->force_class, std::nullopt);
+  of_class.replace(of_class.find("force_class=3"), 13, "force_class=7");
+  EXPECT_FALSE(parse_caps(must_parse(chomp(of_class)))) << "there is no class 7";
   text.replace(text.find("rate_max_hz=10"), 14, "rate_max_hz=-1");
   EXPECT_FALSE(parse_caps(must_parse(chomp(text))));
 }

@@ -69,6 +69,24 @@ TEST(BenchErrors, StayWithinTheInstrumentsPapers) {
   EXPECT_NEAR(std::sqrt(cell.variance()), of_force, 0.2 * of_force);
 }
 
+// ISO 7500-1: the class is the limit of error in percent of the reading.
+TEST(BenchErrors, OfTheCellKeepItsClass) {
+  for (const double percent : kForceClasses) {
+    double largest = 0, zero_N = 0;
+    for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+      const BenchErrors errors(seed, ErrorScope::everything, {}, ForceClass(percent));
+      const nlohmann::json drawn = errors.to_json();
+      largest = std::max(largest, std::abs(drawn["cell_gain"].get<double>()));
+      zero_N = std::max(zero_N, std::abs(drawn["cell_zero_mN"].get<double>()) / 1e3);
+      EXPECT_EQ(drawn["probe_area"], BenchErrors(seed).to_json()["probe_area"]);
+    }
+    EXPECT_LE(largest, percent / 100);
+    EXPECT_GT(largest, 0.98 * percent / 100) << "the whole class is used";
+    EXPECT_LE(zero_N, percent / 1000 * 20) << "a tenth of the class, of a cell of 20 N";
+    EXPECT_GT(zero_N, 0.9 * percent * 5e-3);
+  }
+}
+
 TEST(BenchErrors, TheTruthsOfAnIntervalAreOfTheSameDraw) {
   BenchErrors lasting(5, ErrorScope::lasting), specimen(5, ErrorScope::specimen);
   const nlohmann::json drawn = BenchErrors(5).to_json();

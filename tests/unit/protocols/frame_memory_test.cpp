@@ -90,6 +90,22 @@ TEST(FrameMemory, OfAFrameThatMovedTheForceAgreesWithTheWay) {
   EXPECT_TRUE(r);
 }
 
+TEST(FrameMemory, TheForceOnTheWayIsJudgedByTheClassOfTheCell) {
+  FrameTolerance allowed = tolerance();
+  allowed.force_N = 0;
+  allowed.force_after_N = [](double felt_N, double way_m) { return felt_N + 20e3 * way_m; };
+  FrameMemory moving = at(1e-3, 10, 10, 50e-6);
+  moving.zeroed = true;
+  for (const double percent : kForceClasses) {
+    allowed.cell = ForceClass(percent);
+    const auto fits = [&](double part) {
+      return compare_frame(moving, at(1.03e-3, 10 - 10 * part, 14), allowed).has_value();
+    };
+    EXPECT_TRUE(fits(0.99 * percent / 100)) << percent;
+    EXPECT_FALSE(fits(1.01 * percent / 100)) << percent;
+  }
+}
+
 TEST(FrameMemory, ARestartedFrameMattersWhenItWasZeroed) {
   FrameMemory before = at(1e-3, 0.5, 100);
   EXPECT_TRUE(compare_frame(before, at(1e-3, 0.5, 2), tolerance()));

@@ -124,6 +124,14 @@ TEST_F(Truth, ASpecimenThatMayHavePulledIsNotTakenForOneThatPressesNow) {
   EXPECT_TRUE(truth().is_loaded(0)) << "a new look counts alone";
 }
 
+TEST_F(Truth, TheZeroOfTheCellMayErrByATenthOfItsClass) {
+  for (const double percent : kForceClasses) {
+    setup().cell = ForceClass(percent);
+    const double nominal_N = frame.capabilities().force_max.si();
+    EXPECT_DOUBLE_EQ(truth().zero_doubt_N(), nominal_N * percent / 1000);
+  }
+}
+
 TEST_F(Truth, AMotionThatEndedWhereItShouldIsBelieved) {
   truth().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 1e-3);

@@ -24,7 +24,7 @@ BoundLimits window() {
 }
 
 TEST(Guard, SamplesWithoutAForceAreNoSamples) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   guard.set_watch_age(true);
   EXPECT_FALSE(guard.check(sample(1.0, 0.1)));
   EXPECT_FALSE(guard.check(sample(1.4, std::nullopt)));
@@ -34,14 +34,14 @@ TEST(Guard, SamplesWithoutAForceAreNoSamples) {
 }
 
 TEST(Guard, AForceBeyondTheCellStopsAtOnce) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   FrameSample s = sample(1, std::nullopt);
   s.flags = frame_flag::kForceOverload;
   EXPECT_TRUE(guard.check(s));
 }
 
 TEST(Guard, ASpikeInEitherDirectionIsSeen) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   EXPECT_FALSE(guard.check(sample(1, 1.0)));
   EXPECT_TRUE(guard.check(sample(1, 1.01)));
   EXPECT_TRUE(guard.check(sample(1, -0.21)));
@@ -61,8 +61,8 @@ FrameSample overload(double travel_m) {
 }
 
 // A guard in a motion that went beyond the limit, was stopped and is on its way back.
-Guard returning(double peak_N, double stood_m) {
-  Guard guard(window(), 500ms);
+Guard returning(double peak_N, double stood_m, ForceClass cell = kAssumedForceClass) {
+  Guard guard(window(), 500ms, cell);
   EXPECT_TRUE(guard.check(seen(1.1, stood_m - 2e-6)));
   guard.expect_standstill();
   EXPECT_FALSE(guard.check(seen(peak_N, stood_m))) << "until it stands nothing is news";
@@ -78,6 +78,15 @@ TEST(Guard, OnTheWayBackAnyForceIsAllowedThatDoesNotRise) {
   EXPECT_TRUE(guard.check(seen(2.6, 0.99e-3)));
 }
 
+TEST(Guard, OnTheWayBackTheForceMayRiseByTheClassOfTheCell) {
+  for (const double percent : kForceClasses) {
+    const double noise_N = kSampleSigmas * 0.002;
+    Guard guard = returning(2.5, 1e-3, ForceClass(percent));
+    EXPECT_FALSE(guard.check(seen(2.5 * (1 + 0.99 * percent / 100) + noise_N, 1e-3))) << percent;
+    EXPECT_TRUE(guard.check(seen(2.5 * (1 + 1.01 * percent / 100) + noise_N, 1e-3))) << percent;
+  }
+}
+
 TEST(Guard, OnTheWayBackTheSpecimenMayNotBePulledAt) {
   Guard guard = returning(2.5, 1e-3);
   EXPECT_TRUE(guard.check(seen(-0.25, 0.9e-3)));
@@ -91,7 +100,7 @@ TEST(Guard, OnTheWayBackWithoutAForceOnlyLessTravelIsAllowed) {
 }
 
 TEST(Guard, OnTheWayBackACellThatFellSilentNeedsOnlyTravelThatLeadsAway) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   guard.set_watch_age(true);
   const auto mute = [](double t_s, double travel_m) {
     FrameSample s = sample(t_s, std::nullopt);
@@ -113,7 +122,7 @@ TEST(Guard, ATravelBeyondItsLimitIsAWayBackToo) {
   BoundLimits w = window();
   w.travel_min_m = -1e-3;
   w.travel_max_m = 1e-3;
-  Guard guard(w, 500ms);
+  Guard guard(w, 500ms, kAssumedForceClass);
   EXPECT_TRUE(guard.check(seen(0, 1.05e-3)));
   guard.expect_standstill();
   EXPECT_FALSE(guard.check(seen(0, 1.1e-3)));
@@ -124,7 +133,7 @@ TEST(Guard, ATravelBeyondItsLimitIsAWayBackToo) {
 }
 
 TEST(Guard, ASpecimenThatHoldsOnToTheProbeIsPulled) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   guard.check(seen(-0.1, 0));
   EXPECT_FALSE(guard.is_pulled());
   guard.check(seen(-0.3, 0));
@@ -137,7 +146,7 @@ TEST(Guard, GapLimitsCountFromContactOn) {
   w.gap_max_m = 10e-3;
   w.travel_max_m = 35e-3;
   w.travel_min_m = 0;
-  Guard guard(w, 500ms);
+  Guard guard(w, 500ms, kAssumedForceClass);
   EXPECT_FALSE(guard.check(seen(0, 5e-3)));
   guard.place_contact(30e-3);
   EXPECT_TRUE(guard.check(seen(0, 19.9e-3)));
@@ -146,7 +155,7 @@ TEST(Guard, GapLimitsCountFromContactOn) {
 }
 
 TEST(Guard, WhatTheCellShowsBelowZeroAtRestIsNoRoom) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   guard.set_rest_force(-0.1, 0.001);
   EXPECT_TRUE(guard.check(sample(1, 0.95)));
   guard.set_rest_force(-0.004, 0.001);
@@ -154,7 +163,7 @@ TEST(Guard, WhatTheCellShowsBelowZeroAtRestIsNoRoom) {
 }
 
 TEST(Guard, TravelThatIsNotSentAnyMoreStopsAMotion) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   guard.set_watch_age(true);
   EXPECT_FALSE(guard.check(sample(1, 0.1)));
   FrameSample blind = sample(1.9, 0.1);
@@ -165,7 +174,7 @@ TEST(Guard, TravelThatIsNotSentAnyMoreStopsAMotion) {
 }
 
 TEST(Guard, AfterAZeroOfSomebodyElseOnlyTheWayAwayCounts) {
-  Guard guard(window(), 500ms);
+  Guard guard(window(), 500ms, kAssumedForceClass);
   EXPECT_FALSE(guard.check(sample(1, 0.9)));
   guard.distrust_zero(20);
   guard.expect_standstill();

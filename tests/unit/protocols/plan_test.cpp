@@ -115,6 +115,30 @@ TEST(Plan, AutoLooksAtTheLoadedPartOfACycle) {
   EXPECT_FALSE(blind->assumptions.empty());
 }
 
+std::string assumptions_of(const Plan& plan) {
+  std::string out;
+  for (const std::string& text : plan.assumptions) out += text + "; ";
+  return out;
+}
+
+TEST(Plan, TheClassOfTheCellIsStatedOrAssumedInWords) {
+  const std::string load =
+      R"({"id":"l","do":"move_until","until":{"force_N":1},"speed_mm_s":0.016,"timeout_s":400})";
+  Rig rig = frame_rig();
+  const auto unknown = plan_steps(load, rig, "fast");
+  ASSERT_TRUE(unknown) << unknown.error().what;
+  EXPECT_THAT(assumptions_of(*unknown), HasSubstr("load cell of class 1 (ISO 7500-1)"));
+  EXPECT_DOUBLE_EQ(unknown->force_uncertainty.zero_N, 0.02);
+  for (const double percent : kForceClasses) {
+    rig.frame.force_class = ForceClass(percent);
+    const auto stated = plan_steps(load, rig, "fast");
+    ASSERT_TRUE(stated) << stated.error().what;
+    EXPECT_THAT(assumptions_of(*stated), testing::Not(HasSubstr("ISO 7500-1")));
+    EXPECT_DOUBLE_EQ(stated->force_uncertainty.zero_N, 20 * percent / 1000);
+    EXPECT_DOUBLE_EQ(stated->force_uncertainty.class_N, 1.5 * percent / 100);
+  }
+}
+
 TEST(Plan, ForceBeyondTheLimitIsRefused) {
   EXPECT_THAT(
       refusal(

@@ -112,6 +112,32 @@ TEST(Pressing, APredictionThatWasExceededIsTheLastOne) {
   EXPECT_TRUE(pressing.to_travel(standing_at(10e-3), 5e-3, 1e-3)) << "away is always allowed";
 }
 
+// A cell may show as much more than the prediction as its class allows, and no more.
+TEST(Pressing, ACellIsJudgedByItsOwnClass) {
+  for (const double percent : kForceClasses) {
+    const auto exceeds = [percent](double part) {
+      FrameCapabilities caps = frame();
+      caps.force_class = ForceClass(percent);
+      Pressing pressing(Forecast(caps, ForceBound({}, 120e3), {}), caps);
+      const auto permit = pressing.to_force(standing_at(0), 0.5, 0.1e-3).value();
+      pressing.begin(permit);
+      return pressing.end(target(permit.worst_N * (1 + part)), 0)->exceeded;
+    };
+    EXPECT_FALSE(exceeds(0.99 * percent / 100)) << percent;
+    EXPECT_TRUE(exceeds(1.01 * percent / 100)) << percent;
+  }
+}
+
+// A tenth of the class, of the nominal force, is what its zero may err.
+TEST(Pressing, TheLeastForceToStopAtIsBeyondTheZeroOfTheCell) {
+  FrameCapabilities caps = frame();
+  EXPECT_DOUBLE_EQ(least_trip_N(caps, 0), 0.02) << "class 1 is assumed";
+  for (const double percent : kForceClasses) {
+    caps.force_class = ForceClass(percent);
+    EXPECT_DOUBLE_EQ(least_trip_N(caps, 0), 20 * percent / 1000);
+  }
+}
+
 FrameSample shown(double force_N, Duration at) {
   FrameSample s;
   s.force_N = force_N;

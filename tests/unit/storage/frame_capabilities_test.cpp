@@ -17,6 +17,10 @@ TEST(StoredCapabilities, AreReadAsTheyWereWritten) {
             R"("motion":false,"reaction_s":0.0,"speed_max_m_s":0.0,"travel_max_m":0.0,)"
             R"("travel_min_m":0.0,"weights":true})");
   EXPECT_EQ(to_json(parse_capabilities(text)), text);
+  StoredCapabilities frame;
+  frame.force_class_percent = 3;
+  EXPECT_EQ(parse_capabilities(to_json(frame)).force_class_percent, 3);
+  EXPECT_EQ(parse_capabilities(text).force_class_percent, std::nullopt);
 }
 
 TEST(StoredCapabilities, OfOldOrOddRowsAreTheDefaults) {
