@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/analysis.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/metrics.hpp"
@@ -99,6 +100,24 @@ std::vector<const Metric*> RunAnalysis::metrics() const {
     list.push_back(m);
   }
   return list;
+}
+
+const Uncertainty* RunAnalysis::uncertainty_of(const Metric& metric) const {
+  if (const RangeResult* r = range_of(metric)) {
+    return r->uncertainty.parts.empty() ? nullptr : &r->uncertainty;
+  }
+  const std::pair<const Metric*, UncertainResult> known[] = {
+      {&c0, UncertainResult::c0},
+      {&delta_C, UncertainResult::delta_C},
+      {&dynamic_range, UncertainResult::dynamic_range},
+      {&force_sensitivity, UncertainResult::force_sensitivity},
+      {&hysteresis.largest_gap, UncertainResult::hysteresis}};
+  for (const auto& [of, result] : known) {
+    if (of != &metric) continue;
+    const auto it = std::ranges::find(uncertainties, result, &Uncertainty::result);
+    return it == uncertainties.end() ? nullptr : &*it;
+  }
+  return nullptr;
 }
 
 const RangeResult* RunAnalysis::range_of(const Metric& metric) const {

@@ -16,24 +16,11 @@
 #include <vector>
 
 #include "analysis/definitions.hpp"
+#include "analysis/rig_errors.hpp"
 #include "analysis/run_data.hpp"
 #include "analysis/uncertainty.hpp"
 
 namespace lcrig {
-
-// Facts about the rig that a run does not record. Where one is absent, an assumption replaces it,
-// and the assumption is printed with the result.
-struct RigAccuracy {
-  std::optional<double> force_class_percent;  // limits of reading; absent: class 1 (weights: 0.1)
-  std::optional<double> force_certified_from_N;  // absent: not known
-  std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: 0.02
-  MeterPlace meter;
-  // The stated limit, or the assumed one where none is stated.
-  double force_limit_percent(bool dead_weights) const {
-    return force_class_percent.value_or(dead_weights ? 0.1 : 1.0);  // ISO 7500-1; masses, local g
-  }
-  double diameter_limit_mm() const { return probe_diameter_tolerance_mm.value_or(0.02); }
-};
 
 struct AnalysisOptions {
   std::vector<PressureRange> ranges{{0, 30}, {35, 100}};
@@ -342,6 +329,8 @@ struct RunAnalysis : RunFacts,
   std::vector<const Metric*> metrics() const;
   // The range whose sensitivity `metric` is. Null for a metric of the whole run.
   const RangeResult* range_of(const Metric& metric) const;
+  // Its uncertainty. Null: it has none, so only its scatter is known.
+  const Uncertainty* uncertainty_of(const Metric& metric) const;
   // The metrics outside the ranges that depend on the choice of a branch or of a time.
   std::vector<const Metric*> chosen() const {
     return {&dynamic_range, &force_sensitivity, &delta_C};

@@ -199,6 +199,7 @@ json rig_of(const RigAccuracy& r) {
   return {{"force_class_percent", number(r.force_class_percent)},
           {"force_certified_from_N", number(r.force_certified_from_N)},
           {"probe_diameter_tolerance_mm", number(r.probe_diameter_tolerance_mm)},
+          {"stray_limit_fF", number(r.stray_limit_fF)},
           {"temperature_C", number(r.meter.temperature_C)},
           {"cable_m", number(r.meter.cable_m)},
           {"interpolated_correction", r.meter.interpolated_correction}};
@@ -210,7 +211,8 @@ json to_json(const Uncertainty& b) {
   json parts = json::array();
   for (const UncertaintyPart& p : b.parts) {
     parts.push_back({{"part", p.name},
-                     {"standard_uncertainty", number(p.standard_uncertainty)},
+                     {"standard_uncertainty", p.is_gap ? json() : number(p.standard_uncertainty)},
+                     {"included", !p.is_gap},
                      {"kind", to_string(p.kind)},
                      {"degrees_of_freedom", number(p.degrees_of_freedom)},
                      {"shrinks_with_readings", p.shrinks},
@@ -226,7 +228,8 @@ json to_json(const Uncertainty& b) {
           {"effective_degrees_of_freedom", number(b.effective_degrees_of_freedom)},
           {"coverage_factor", number(b.coverage_factor)},
           {"expanded_uncertainty", number(b.expanded)},
-          {"confidence", number(b.confidence)}};
+          {"confidence", number(b.confidence)},
+          {"not_included", b.gaps()}};
 }
 
 json to_json(const Comparison& c) {

@@ -87,6 +87,7 @@ void append_uncertainty(std::string& out, const Uncertainty& b) {
   out += fmt::format("\nUncertainty of {}: {:.6g} {}\n", b.quantity, b.value, b.unit);
   if (!b.estimand.empty()) out += fmt::format("  {}\n", b.estimand);
   for (const UncertaintyPart& p : b.parts) {
+    if (p.is_gap) continue;
     const std::string freedom =
         std::isfinite(p.degrees_of_freedom) ? fmt::format("{:.0f}", p.degrees_of_freedom) : "inf";
     out += fmt::format("  {:<24} {:<10.3g} {} {:<5} {:<8} {}\n", p.name, p.standard_uncertainty,
@@ -94,6 +95,9 @@ void append_uncertainty(std::string& out, const Uncertainty& b) {
   }
   out += fmt::format("  combined {:.3g}, expanded {:.3g} (k = {:.2f}, {:g} %)\n", b.combined,
                      b.expanded, b.coverage_factor, b.confidence * 100);
+  for (const UncertaintyPart& p : b.parts) {
+    if (p.is_gap) out += fmt::format("  not included: {}: {}\n", p.name, p.basis);
+  }
 }
 
 void append_outliers(std::string& out, const RunAnalysis& a) {

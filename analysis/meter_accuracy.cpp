@@ -83,7 +83,7 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
   }
   auto ar = level_factor(s.level_V);
   if (!ar) return fail(ar.error());
-  auto kc = temperature_factor(place.temperature_C);
+  auto kc = temperature_factor(place.temperature_C.value_or(kAssumedTemperature_C));
   if (!kc) return fail(kc.error());
   MeterAccuracy out;
   out.impedance_ohm = 1 / (2 * std::numbers::pi * s.frequency_Hz * capacitance_F);
@@ -96,7 +96,6 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
   out.offset_F = k.kb * *kc * loss * capacitance_F;
   out.total = out.gain + k.kb * *kc * loss;
   if (s.level_V > 1.2) add_remark(out.note, "Ar above 1.2 V is not known and taken as 1");
-  if (place.cable_m > 0) add_remark(out.note, "KL of a cable is not known and taken as 0");
   if (s.frequency_Hz < 100) add_remark(out.note, "below 100 Hz");
   return out;
 }

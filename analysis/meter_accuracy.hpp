@@ -29,10 +29,11 @@ struct MeterSetting {
 // Reads the JSON object of a run row or of a `settings` event. nullopt: the text names no setting.
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text);
 
+inline constexpr double kAssumedTemperature_C = 23;
 // Facts about the meter and its leads that a run does not record.
 struct MeterPlace {
-  double temperature_C = 23;
-  double cable_m = 0;
+  std::optional<double> temperature_C;  // of the meter; absent: kAssumedTemperature_C
+  std::optional<double> cable_m;  // length of the leads; absent: 0
   // The open and short corrections were measured at neighbouring frequencies only (Kf).
   bool interpolated_correction = false;
 };

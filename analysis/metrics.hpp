@@ -149,6 +149,8 @@ Estimate estimate_of_deviation(double value, double degrees_of_freedom, double c
 // (scene.cpp).
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence);
 
+// The errors of the run's rig for a specimen of this capacitance.
+RigErrors rig_errors_of(const RunView& view, double capacitance_pF);
 UncertaintyPart part(std::string name, double u, std::string basis);
 UncertaintyPart shared(UncertaintyPart p);  // marks a part as common to all runs on this rig
 // "loading branch, from 1.1 to 4.6 s after the load was reached"

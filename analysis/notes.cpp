@@ -85,6 +85,20 @@ void add_settings(const RunView& view, Notes& notes) {
   }
 }
 
+void add_corrections(const RunData& data, Notes& notes) {
+  if (!data.corrections) return;
+  if (data.corrections->open.on == false) {
+    notes.emplace_back(
+        "the meter's open correction was off: C0 and what is divided by it contain the capacitance "
+        "of leads and fixture; changes of the capacitance do not");
+  }
+  if (data.corrections->short_circuit.on == false) {
+    notes.emplace_back(
+        "the meter's short correction was off: the series impedance of leads and fixture is in all "
+        "readings");
+  }
+}
+
 void add_missing_levels(const RunData& data, const MeasuredLevels& measured, Notes& notes) {
   std::int64_t missing = 0;
   for (const MeasuredLevel& l : measured.levels) missing += l.missing;
@@ -120,6 +134,7 @@ Notes calc_notes(const Scene& scene, const MeasuredLevels& measured, const HoldR
   add_origin(data, notes);
   add_readings(data, notes);
   add_settings(scene, notes);
+  add_corrections(data, notes);
   if ((!scene.loadings.empty() || !data.levels.empty()) && !scene.drift.known()) {
     notes.emplace_back(
         "no two stretches without load: a drift of the capacitance cannot be told from the "

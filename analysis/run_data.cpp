@@ -106,7 +106,10 @@ class Loader {
     out_.replayed = out_.row.simulated && replay_directory(out_.row.bench_name).has_value();
     out_.probe_diameter_m = out_.row.probe_diameter_m;
     out_.area_m2 = out_.row.probe_area_m2();
-    out_.dead_weights = parse_capabilities(out_.row.frame_capabilities_json).weights;
+    const StoredCapabilities frame = parse_capabilities(out_.row.frame_capabilities_json);
+    out_.dead_weights = frame.weights;
+    out_.force_class_percent = frame.force_class_percent;
+    out_.corrections = parse_corrections(out_.row.correction_json);
     before_.add(std::numeric_limits<std::int64_t>::min(), out_.row.lcr_settings_json);
     if (const auto s = parse_meter_setting(out_.row.lcr_settings_json)) {
       out_.settings.push_back({-std::numeric_limits<double>::infinity(), *s});

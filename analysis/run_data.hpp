@@ -74,6 +74,8 @@ struct RunData {
   std::optional<double> area_m2;  // area of the probe; absent: there are no pressures
   std::optional<double> probe_diameter_m;
   bool dead_weights = false;
+  std::optional<double> force_class_percent;  // of the load cell; absent: not stated
+  std::optional<MeterCorrections> corrections;  // of the meter; absent: not recorded
   bool replayed = false;  // a recording was played back through simulated instruments
   std::string function;  // function of the meter for these readings, as "Cp-D"
   // A setting of the meter and the time from which it is valid. Empty: not known.

@@ -20,6 +20,14 @@ const UncertaintyPart* Uncertainty::dominating() const {
   return it == parts.end() ? nullptr : &*it;
 }
 
+std::vector<std::string> Uncertainty::gaps() const {
+  std::vector<std::string> out;
+  for (const UncertaintyPart& p : parts) {
+    if (p.is_gap) out.push_back(p.name);
+  }
+  return out;
+}
+
 void combine(Uncertainty& uncertainty, double confidence) {
   double variance = 0;
   double denominator = 0;  // of Welch and Satterthwaite (GUM G.4.1)

@@ -27,16 +27,24 @@ struct UncertaintyPart {
   // Common to all runs on this rig, so it cancels in a ratio of two runs.
   bool shared_by_runs = false;
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"
+  bool is_gap = false;  // not known: named, but not in the uncertainty
 };
 
 // Confidence of intervals and expanded uncertainties if nobody asks for another one.
 inline constexpr double kConfidence = 0.95;
 
-// Results other than the sensitivities to whose uncertainty the meter's digit contributes.
-enum class UncertainResult { other, c0, delta_C, dynamic_range };
+// The results that have an uncertainty.
+enum class UncertainResult {
+  sensitivity,
+  c0,
+  delta_C,
+  dynamic_range,
+  force_sensitivity,
+  hysteresis
+};
 
 struct Uncertainty {
-  UncertainResult result = UncertainResult::other;
+  UncertainResult result = UncertainResult::sensitivity;
   std::string quantity;  // "sensitivity 0-30 kPa"
   std::string unit;  // "fF/kPa"
   std::string estimand;  // the estimand of the result
@@ -51,6 +59,7 @@ struct Uncertainty {
   double confidence = kConfidence;
 
   const UncertaintyPart* dominating() const;  // null: there are no parts
+  std::vector<std::string> gaps() const;  // names of what is not in it
 };
 
 // Combines the parts: root sum of squares, Welch and Satterthwaite's degrees of freedom (truncated

@@ -23,6 +23,17 @@ UncertaintyPart shared(UncertaintyPart p) {
   return p;
 }
 
+RigErrors rig_errors_of(const RunView& view, double capacitance_pF) {
+  RigRecord record;
+  if (view.setting_known) record.setting = view.setting;
+  record.probe_diameter_m = view.data.probe_diameter_m;
+  record.dead_weights = view.data.dead_weights;
+  record.force_class_percent = view.data.force_class_percent;
+  record.corrections = view.data.corrections;
+  record.at_unix_ns = view.data.row.started_unix_ns;
+  return rig_errors(record, view.options.rig, capacitance_pF * 1e-12);
+}
+
 namespace {
 
 UncertaintyPart type_a(std::string name, const SlopePart& of, std::string basis) {
@@ -38,8 +49,7 @@ double half_width(const Metric& m) {
 }
 
 // Starts the uncertainty of a result that has a value; it has no parts yet.
-Uncertainty begin(const Metric& m, std::string quantity, std::string unit,
-                  UncertainResult result = UncertainResult::other) {
+Uncertainty begin(const Metric& m, std::string quantity, std::string unit, UncertainResult result) {
   Uncertainty b;
   b.result = result;
   b.quantity = std::move(quantity);
@@ -66,51 +76,29 @@ UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
       basis);
 }
 
-std::optional<MeterAccuracy> accuracy(const RunView& scene, double capacitance_pF) {
-  if (!scene.setting_known) return std::nullopt;
-  const auto a = meter_accuracy(scene.setting, scene.options.rig.meter, capacitance_pF * 1e-12);
-  return a ? std::optional(*a) : std::nullopt;
-}
-
-// Relative standard uncertainty of the force, and where it comes from.
-struct Relative {
-  double u = 0;
-  std::string basis;
-};
-Relative force_class(const Scene& scene) {
-  const bool weights = scene.data.dead_weights;
-  const auto given = scene.options.rig.force_class_percent;
-  const double limit = scene.options.rig.force_limit_percent(weights);
-  const char* what = weights ? "masses and local g" : "force class (ISO 7500-1)";
-  return {rectangular(limit / 100), fmt::format("{}: limits of {} % of reading, rectangular{}",
-                                                what, limit, given ? "" : "; assumed")};
-}
-
-Relative area(const Scene& scene) {
-  if (!scene.data.probe_diameter_m) return {0, "the probe's diameter is not known"};
-  const auto given = scene.options.rig.probe_diameter_tolerance_mm;
-  const double limit = scene.options.rig.diameter_limit_mm();
-  const double diameter_mm = *scene.data.probe_diameter_m * 1e3;
-  return {2 * rectangular(limit) / diameter_mm,
-          fmt::format("diameter {:g} mm, limits of {} mm, rectangular{}", diameter_mm, limit,
-                      given ? "" : "; assumed")};
-}
-
-void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncertainty& b) {
-  if (!a) {
-    b.parts.push_back(part("meter gain", 0, "not known: the run does not tell the settings"));
-    return;
+// The errors of the meter that scale all changes of the capacitance.
+void add_meter_gain(const RigErrors& rig, double value, Uncertainty& b) {
+  b.parts.push_back(shared(part_of("meter gain", rig.meter_gain, value)));
+  for (const auto& [name, error] :
+       {std::pair("short correction", &rig.short_correction), std::pair("leads", &rig.leads)}) {
+    if (!error->limit) b.parts.push_back(shared(part_of(name, *error, value)));
   }
-  b.parts.push_back(shared(part(
-      "meter gain", rectangular(a->gain) * value,
-      fmt::format("proportional part of the basic accuracy: limits of {:.3g} %, rectangular{}{}",
-                  a->gain * 100, a->note.empty() ? "" : "; ", a->note))));
+}
+
+// A capacitance parallel to the specimen. `per_F`: change of the result for one farad.
+void add_open_correction(const RigErrors& rig, double per_F, Uncertainty& b) {
+  b.parts.push_back(shared(part_of("open correction", rig.open_correction, per_F)));
+}
+
+void add_pressure(const RigErrors& rig, double per_relative, Uncertainty& b) {
+  b.parts.push_back(shared(part_of("force", rig.force, per_relative)));
+  b.parts.push_back(shared(part_of("area of the probe", rig.area, per_relative)));
 }
 
 // Adds the error that is left after the drift was subtracted. `left` is 0 if the scatter has it.
 void add_drift_part(const Metric& drift, const SlopePart& left, Uncertainty& b) {
   if (!drift.estimate) {
-    b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
+    b.parts.push_back(gap("drift of C0", "not known: no rests to tell it by"));
     return;
   }
   b.parts.push_back(type_a(
@@ -121,8 +109,8 @@ void add_drift_part(const Metric& drift, const SlopePart& left, Uncertainty& b) 
 
 void add_shared(const RangeResult& r, Uncertainty& b) {
   if (!r.shared) {
-    b.parts.push_back(part("scatter that repeats share", 0,
-                           "not known: it takes six levels to tell it from the curve's shape"));
+    b.parts.push_back(gap("scatter that repeats share",
+                          "not known: it takes six levels to tell it from the curve's shape"));
     return;
   }
   b.parts.push_back(type_a(
@@ -192,11 +180,12 @@ void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
   if (!out.c0 || !out.c0.estimate->standard_error) return;
   Uncertainty b = begin(out.c0, "C0", "pF", UncertainResult::c0);
   b.parts.push_back(scatter(*out.c0.estimate, out.c0_basis));
-  if (const auto meter = accuracy(scene, b.value)) {
-    b.parts.push_back(shared(
-        part("meter specification", rectangular(meter->total) * b.value,
-             fmt::format("basic accuracy: limits of {:.3g} %, rectangular", meter->total * 100))));
-  }
+  const RigErrors rig = rig_errors_of(scene, b.value);
+  b.parts.push_back(shared(part_of("meter specification", rig.meter_total, 1e12)));
+  add_open_correction(rig, 1e12, b);
+  if (!rig.short_correction.limit)
+    b.parts.push_back(part_of("short correction", rig.short_correction, b.value));
+  if (!rig.leads.limit) b.parts.push_back(part_of("leads", rig.leads, b.value));
   if (out.drift_of_baseline_fF) {
     b.parts.push_back(part("drift during the run", rectangular(*out.drift_of_baseline_fF * 1e-3),
                            "last stretch without load against the first, rectangular"));
@@ -233,20 +222,21 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
   b.parts.push_back(scatter(*out.dynamic_range.estimate,
                             several ? "scatter between cycles" : "scatter of the readings"));
   const double c0_pF = basis.baseline.c0.value();
-  if (const auto meter = accuracy(scene, c0_pF)) {
-    b.parts.push_back(part("meter offset in C0",
-                           rectangular(meter->offset_F) / (c0_pF * 1e-12) * b.value,
-                           fmt::format("limits of {:.3g} fF, rectangular; the meter's gain cancels",
-                                       meter->offset_F * 1e15)));
-  }
-  const Relative force = force_class(scene), probe = area(scene);
+  const RigErrors rig = rig_errors_of(scene, c0_pF);
+  const double per_F = b.value / (c0_pF * 1e-12);
+  UncertaintyPart offset = part_of("meter offset in C0", rig.meter_offset, per_F);
+  offset.basis += "; the meter's gain cancels";
+  b.parts.push_back(std::move(offset));
+  add_open_correction(rig, per_F, b);
   double peak_N = 0;
   for (const CycleResult& c : out.cycles) peak_N += c.peak_force_N;
   const double percent = slope_at_peak_fF_per_N(scene, out.cycles) * peak_N /
                          static_cast<double>(out.cycles.size()) / (c0_pF * 1e3) * 100;
-  const char* slope = ", times the slope of the curve at the peak";
-  b.parts.push_back(shared(part("force at the peak", percent * force.u, force.basis + slope)));
-  b.parts.push_back(shared(part("area of the probe", percent * probe.u, probe.basis + slope)));
+  add_pressure(rig, percent, b);
+  for (const std::size_t i : {b.parts.size() - 2, b.parts.size() - 1}) {
+    b.parts[i].basis += ", times the slope of the curve at the peak";
+  }
+  b.parts[b.parts.size() - 2].name = "force at the peak";
   add_other_choices_of_dynamic_range(basis, b);
   if (const double turn = turn_percent(scene, out.cycles, c0_pF); turn > 0) {
     b.parts.push_back(part("turn within a window", turn,
@@ -282,13 +272,12 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
   b.parts.push_back(scatter(top.parts_of_delta_C[0], "between repeats; of one, of its readings"));
   b.parts.push_back(scatter(top.parts_of_delta_C[1], "of the baseline; all levels share it"));
   b.parts.back().name = "C0";
-  add_meter_gain(accuracy(scene, basis.baseline.c0.value()), b.value, b);
+  const RigErrors rig = rig_errors_of(scene, basis.baseline.c0.value());
+  add_meter_gain(rig, b.value, b);
   const double change = slope_at_top(scene, basis.cycles.cycles, basis.levels.line_direction,
                                      basis.curve.curve, top) *
                         top.top_kPa;
-  const Relative force = force_class(scene), probe = area(scene);
-  b.parts.push_back(shared(part("force", change * force.u, force.basis)));
-  b.parts.push_back(shared(part("area of the probe", change * probe.u, probe.basis)));
+  add_pressure(rig, change, b);
   add_drift_part(basis.baseline.drift, top.parts_of_delta_C[2], b);
   b.parts.push_back(part("recovery at the rests", top.parts_of_delta_C[3].se,
                          "what of the drift may be a specimen that has not recovered yet: limits, "
@@ -301,14 +290,14 @@ void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncer
   const Scene& scene = basis.scene;
   const CycleResults& out = basis.cycles;
   if (out.parts_of_force_sensitivity.empty()) return;
-  Uncertainty b = begin(out.force_sensitivity, "force sensitivity", "fF/N");
+  Uncertainty b =
+      begin(out.force_sensitivity, "force sensitivity", "fF/N", UncertainResult::force_sensitivity);
   b.parts.push_back(scatter(
       out.parts_of_force_sensitivity.front(),
       out.cycles.size() > 1 ? "scatter between cycles" : "scatter about the line of one cycle"));
-  const Metric& c0 = basis.baseline.c0;
-  if (c0) add_meter_gain(accuracy(scene, c0.value()), b.value, b);
-  const Relative force = force_class(scene);
-  b.parts.push_back(shared(part("force", force.u * b.value, force.basis)));
+  const RigErrors rig = rig_errors_of(scene, basis.baseline.c0 ? basis.baseline.c0.value() : 0);
+  add_meter_gain(rig, b.value, b);
+  b.parts.push_back(shared(part_of("force", rig.force, b.value)));
   b.parts.push_back(part("alignment of the clocks",
                          moved_force_sensitivity_per_s(basis) * out.instant_s,
                          fmt::format("instant of a reading +-{:.3g} ms; the rate of force changes "
@@ -325,7 +314,7 @@ void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncer
 void uncertainty_of_hysteresis(const Scene& scene, const Hysteresis& h,
                                std::vector<Uncertainty>& list) {
   if (!h.largest_gap || !h.largest_gap.estimate->standard_error) return;
-  Uncertainty b = begin(h.largest_gap, "hysteresis", "%");
+  Uncertainty b = begin(h.largest_gap, "hysteresis", "%", UncertainResult::hysteresis);
   b.parts.push_back(scatter(*h.largest_gap.estimate, h.basis));
   b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
                          "one error of the instant shifts loading and unloading apart"));
@@ -349,18 +338,12 @@ Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
     b.parts.push_back(scatter(r.parts_of_error.front(), r.scatter_basis));
   }
   const double pF = c0 ? c0.value() : levels.empty() ? 0 : levels[0].capacitance_pF;
-  const auto meter = accuracy(scene, pF);
-  add_meter_gain(meter, slope, b);
-  if (meter) {
-    b.parts.push_back(shared(part(
-        "meter offset", 0,
-        fmt::format("{:.3g} fF of the basic accuracy stay the same while the settings stay: they "
-                    "cancel in a slope",
-                    meter->offset_F * 1e15))));
-  }
-  const Relative force = force_class(scene), probe = area(scene);
-  b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
-  b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
+  const RigErrors rig = rig_errors_of(scene, pF);
+  add_meter_gain(rig, slope, b);
+  UncertaintyPart offset = part_of("meter offset", rig.meter_offset, 0);
+  offset.basis += ": cancels in a slope, as an open correction does";
+  if (rig.meter_offset.limit) b.parts.push_back(shared(std::move(offset)));
+  add_pressure(rig, slope, b);
   if (!levels.empty()) {
     add_alignment(basis, r, b);
   } else {

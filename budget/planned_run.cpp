@@ -310,6 +310,7 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   out.delta_C_fF = curve.delta_C_fF;
   out.compression_m = rig.compression_m;
   out.dead_weights = rig.frame.weights;
+  if (rig.frame.force_class) out.force_class_percent = rig.frame.force_class->percent();
   out.levels = std::move(walk.levels);
   out.cycles = std::move(walk.cycles);
   out.rests = std::move(walk.rests);

@@ -28,28 +28,19 @@ void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKin
   uncertainty.parts.push_back(std::move(part));
 }
 
-// Adds limits of +-relative of the value between which all values are equally likely.
-void add_limits(Uncertainty& uncertainty, std::string name, double relative, std::string basis) {
-  add(uncertainty, std::move(name), rectangular(relative) * std::abs(uncertainty.value),
-      UncertaintyKind::b, std::move(basis));
+// Adds an error of the rig. `per_unit`: change of the result for an error of one.
+void add_error(Uncertainty& uncertainty, std::string name, const RigError& error, double per_unit) {
+  uncertainty.parts.push_back(part_of(std::move(name), error, std::abs(per_unit)));
+  uncertainty.parts.back().shared_by_runs = true;
 }
 
-// `per_force`: relative change of the result for a relative change of the pressure.
-void add_area(const PlannedRun& run, const RigAccuracy& rig, double per_force,
-              Uncertainty& uncertainty) {
-  const double tolerance_m = rig.diameter_limit_mm() * 1e-3;
-  const double diameter_m = std::sqrt(4 * run.area_m2 / std::numbers::pi);
-  add_limits(uncertainty, "area of the probe", per_force * 2 * tolerance_m / diameter_m,
-             fmt::format("diameter within {:g} mm{}", tolerance_m * 1e3,
-                         rig.probe_diameter_tolerance_mm ? "" : "; assumed"));
-}
-
-void add_rig(const PlannedRun& run, const RigAccuracy& rig, Uncertainty& uncertainty) {
-  const double force = rig.force_limit_percent(run.dead_weights);
-  add_limits(uncertainty, "force", force / 100,
-             fmt::format("class {:g}: limits of {:g} % of reading{}", force, force,
-                         rig.force_class_percent ? "" : "; assumed"));
-  add_area(run, rig, 1, uncertainty);
+RigErrors rig_errors_of(const PlannedRun& run, const RigAccuracy& rig) {
+  RigRecord record;
+  record.setting = run.meter;
+  record.probe_diameter_m = std::sqrt(4 * run.area_m2 / std::numbers::pi);
+  record.dead_weights = run.dead_weights;
+  record.force_class_percent = run.force_class_percent;
+  return rig_errors(record, rig, run.c0_F);
 }
 
 Prediction predicted(std::string quantity, std::string unit, const Scatter& parts,
@@ -126,28 +117,28 @@ int slopes_in(const PlannedRun& run, const PressureRange& range) {
 }
 
 Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range,
-                               const MeterAccuracy& meter, const AnalysisOptions& options) {
+                               const RigErrors& rig, double confidence) {
   const std::string name = fmt::format("sensitivity {:g}-{:g} kPa", range.from_kPa, range.to_kPa);
   const auto parts = scatter_of_slope(run, range);
   if (!parts) {
     return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
   }
   Prediction p = predicted(name, "fF/kPa", *parts, run);
-  add_limits(p.uncertainty, "meter gain", meter.gain, "basic accuracy without its offset");
-  add_rig(run, options.rig, p.uncertainty);
+  add_error(p.uncertainty, "meter gain", rig.meter_gain, p.value);
+  add_error(p.uncertainty, "force", rig.force, p.value);
+  add_error(p.uncertainty, "area of the probe", rig.area, p.value);
   if (parts->alignment > 0) {
     add(p.uncertainty, "alignment of the clocks", parts->alignment, UncertaintyKind::b,
         "one error of the instant of all readings, where the rate of pressure changes");
     p.uncertainty.parts.back().shared_by_runs = false;
   }
-  finish(slopes_in(run, range), options.confidence, p);
+  finish(slopes_in(run, range), confidence, p);
   return p;
 }
 
 // The meter's gain cancels in the ratio, but its offset stays in C0. The force is the abscissa: the
 // dynamic range is defined at the force that was asked for.
-Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
-                         const AnalysisOptions& options) {
+Prediction predict_range(const PlannedRun& run, const RigErrors& rig, double confidence) {
   const auto parts = run.cycles.empty() ? std::nullopt : scatter_of_dynamic_range(run);
   if (!parts) {
     return not_predicted("dynamic range", "%",
@@ -155,22 +146,19 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
                                             : "no reading is taken at rest, or none at the peak");
   }
   Prediction p = predicted("dynamic range", "%", *parts, run);
-  add_limits(p.uncertainty, "meter offset in C0", meter.offset_F / run.c0_F,
-             "basic accuracy, the part that does not grow with C");
+  add_error(p.uncertainty, "meter offset in C0", rig.meter_offset, p.value / run.c0_F);
   const PlannedCycle& c = run.cycles.front();
   const double h = 0.01 * c.peak_kPa;
   const double slope = (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
   const double bend = slope * c.peak_kPa / run.delta_C_fF(c.peak_kPa);
-  const double force = options.rig.force_limit_percent(run.dead_weights);
-  add_limits(p.uncertainty, "force at the peak", bend * force / 100,
-             fmt::format("class {:g}, times the slope of the curve", force));
-  add_area(run, options.rig, bend, p.uncertainty);
+  add_error(p.uncertainty, "force at the peak", rig.force, bend * p.value);
+  add_error(p.uncertainty, "area of the probe", rig.area, bend * p.value);
   if (parts->turn > 0) {
     add(p.uncertainty, "turn within a window", parts->turn, UncertaintyKind::b,
         "a twelfth of rate times window");
     p.uncertainty.parts.back().shared_by_runs = false;
   }
-  finish(static_cast<int>(run.cycles.size()), options.confidence, p);
+  finish(static_cast<int>(run.cycles.size()), confidence, p);
   return p;
 }
 
@@ -185,12 +173,13 @@ Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
   }
   const auto meter = meter_accuracy(run.meter, options.rig.meter, run.c0_F);
   if (!meter) return fail(meter.error());
+  const RigErrors rig = rig_errors_of(run, options.rig);
   std::vector<Prediction> out;
   out.reserve(options.ranges.size() + 1);
   for (const PressureRange& range : options.ranges) {
-    out.push_back(predict_sensitivity(run, range, *meter, options));
+    out.push_back(predict_sensitivity(run, range, rig, options.confidence));
   }
-  out.push_back(predict_range(run, *meter, options));
+  out.push_back(predict_range(run, rig, options.confidence));
   return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,7 @@ struct PlannedRun {
   std::function<double(double kPa)> delta_C_fF;  // of the specimen
   std::function<double(double force_N)> compression_m;  // of specimen and frame together
   bool dead_weights = false;
+  std::optional<double> force_class_percent;  // of the load cell; absent: not stated
   std::vector<PlannedLevel> levels;  // at rising pressure
   std::vector<PlannedCycle> cycles;
   std::vector<PlannedRest> rests;  // one before each cycle, and possibly one after the last

@@ -114,6 +114,8 @@ constexpr Key kKeys[] = {
      [](const Config& c) { return scaled(c.fixture.probe_diameter_m, 1e3); }, kTakeFixture},
     {"fixture.local_gravity_m_s2", Part::rig, Needs::ports, kIdle,
      [](const Config& c) { return ConfigValue(c.fixture.local_gravity_m_s2); }, kTakeFixture},
+    {"fixture.stray_limit_fF", Part::rig, Needs::ports, kIdle,
+     [](const Config& c) { return scaled(c.fixture.stray_limit_F, 1e15); }, kTakeFixture},
     {"wire_log_directory", Part::daemon, Needs::ports, kIdle, text_of<&Config::wire_log_directory>,
      take<&Config::wire_log_directory>},
 };

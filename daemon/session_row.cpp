@@ -73,6 +73,7 @@ RunRow Session::make_row() const {
   row.frame_limits_json = limits_json(plan_.limits);
   row.corrections =
       corrections_of(meter_identity_, info.simulated || meter_identity_.simulated, corrections_);
+  row.corrections->stray_limit_F = info.fixture.stray_limit_F;
   row.bench_name = info.bench_name;
   row.bench_text = info.bench_text;
   row.simulated = simulated();

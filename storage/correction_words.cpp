@@ -17,6 +17,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr const char* kStrayLimit = "stray_limit_F";
+
 json state_json(const CorrectionState& state) {
   return {{"on", json_or_null(state.on)},
           {"made_unix_ns", json_or_null(state.made_unix_ns)},
@@ -42,10 +44,12 @@ CorrectionState read_state(const json& all, CorrectionKind kind) {
 }  // namespace
 
 json to_json(const MeterCorrections& meter) {
-  return {{"meter", meter.meter},
-          {"simulated", meter.simulated},
-          {"open", state_json(meter.open)},
-          {"short", state_json(meter.short_circuit)}};
+  json out{{"meter", meter.meter},
+           {"simulated", meter.simulated},
+           {"open", state_json(meter.open)},
+           {"short", state_json(meter.short_circuit)}};
+  if (meter.stray_limit_F) out[kStrayLimit] = *meter.stray_limit_F;
+  return out;
 }
 
 std::optional<MeterCorrections> parse_corrections(std::string_view text) {
@@ -61,6 +65,8 @@ std::optional<MeterCorrections> read_corrections(const json& all) {
   const auto simulated = all.find("simulated");
   out.simulated = simulated != all.end() && *simulated == true;
   for (const CorrectionKind kind : kCorrectionKinds) out.of(kind) = read_state(all, kind);
+  const auto limit = all.find(kStrayLimit);
+  if (limit != all.end() && limit->is_number()) out.stray_limit_F = limit->get<double>();
   return out;
 }
 

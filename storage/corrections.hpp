@@ -40,6 +40,9 @@ struct MeterCorrections {
   std::string meter;  // as in StoredCorrection
   bool simulated = false;
   CorrectionState open, short_circuit;
+  // Of leads and fixture, as the config states it; without an open correction it is in each
+  // reading.
+  std::optional<double> stray_limit_F;
   CorrectionState& of(CorrectionKind kind) {
     return kind == CorrectionKind::open ? open : short_circuit;
   }

@@ -39,7 +39,8 @@ std::string results_table(std::span<const ReportRun> runs) {
     if (!anywhere) continue;
     row(text(metric_label(runs.front().analysis, *reference[i])), [i](const ReportRun& r) {
       const Metric& m = *r.analysis.metrics().at(i);
-      return m ? Cell(measured(m) + estimand_line(m.estimand), Cell::Kind::number) : no_number();
+      return m ? Cell(quoted(r.analysis, m) + estimand_line(m.estimand), Cell::Kind::number)
+               : no_number();
     });
   }
   return table.html() + two_truths();

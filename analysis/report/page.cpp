@@ -41,23 +41,8 @@ std::string head_facts(const ReportRun& run) {
                    "lead");
 }
 
-// A table of the few numbers that people look for first.
 std::string summary(const ReportRun& run) {
-  const RunAnalysis& a = run.analysis;
-  Table table{"", "value ± standard error", ""};
-  const auto row = [&table](const std::string& label, const Metric& m) {
-    table.row({label + estimand_line(m.estimand), m ? measured(m) : no_number(), text(m.reason)});
-  };
-  row("C0, pF", a.c0);
-  for (const RangeResult& r : a.ranges) {
-    row(metric_label(a, r.sensitivity), r.sensitivity);
-  }
-  for (const Metric* m :
-       {&a.delta_C, &a.dynamic_range, &a.force_sensitivity, &a.hysteresis.largest_gap,
-        &a.repeatability_2sigma, &a.creep, &a.limit_of_detection}) {
-    if (*m) row(text(m->label), *m);
-  }
-  return table.html() + two_truths() + notes_list(run);
+  return headline_table(run.analysis) + two_truths() + notes_list(run);
 }
 
 std::string model_section(const ReportRun& run) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "analysis/csv.hpp"
 #include "analysis/report/report.hpp"
 #include "base/decimal.hpp"
@@ -16,6 +18,13 @@ std::string column_name(const RunAnalysis& analysis, const Metric& metric) {
     return fmt::format("sensitivity_{:g}_to_{:g}_kPa_fF_per_kPa", r.range.from_kPa, r.range.to_kPa);
   }
   return metric.name;
+}
+
+// Metrics outside the ranges that may have an expanded uncertainty.
+bool has_own_column(const RunAnalysis& a, const Metric& metric) {
+  const Metric* const known[] = {&a.c0, &a.delta_C, &a.dynamic_range, &a.force_sensitivity,
+                                 &a.hysteresis.largest_gap};
+  return std::ranges::find(known, &metric) != std::end(known);
 }
 
 void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
@@ -36,6 +45,10 @@ void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
     out.word(name + "_estimand");
   }
   for (const Metric* metric : analysis.chosen()) out.word(metric->name + "_estimand");
+  for (const Metric* metric : analysis.metrics()) {
+    if (has_own_column(analysis, *metric)) out.word(metric->name + "_expanded_uncertainty");
+  }
+  out.word("confidence");
 }
 
 constexpr int kDigits = 9;  // for values without a standard error
@@ -81,6 +94,12 @@ void write_run(const ReportRun& run, CsvWriter& out) {
     out.text(r.sensitivity.estimand);
   }
   for (const Metric* metric : run.analysis.chosen()) out.text(metric->estimand);
+  for (const Metric* metric : run.analysis.metrics()) {
+    if (!has_own_column(run.analysis, *metric)) continue;
+    const Uncertainty* u = run.analysis.uncertainty_of(*metric);
+    out.significant(u != nullptr ? std::optional(u->expanded) : std::nullopt, 3);
+  }
+  out.significant(run.analysis.options.confidence, kDigits);
 }
 
 }  // namespace

@@ -30,6 +30,39 @@ std::string metric_label(const RunAnalysis& analysis, const Metric& metric) {
   return r == nullptr ? metric.label : "sensitivity " + range_name(r->range) + ", fF/kPa";
 }
 
+Cell quoted(const RunAnalysis& analysis, const Metric& metric) {
+  if (!metric) return measured(metric);
+  const Uncertainty* u = analysis.uncertainty_of(metric);
+  if (u == nullptr) {
+    const auto se = metric.estimate->standard_error;
+    return {measured(metric) + (se ? " (standard error)" : ""), Cell::Kind::number};
+  }
+  return {
+      measured(metric.value(), u->expanded) +
+          fmt::format(" ({:g} %, k = {})", u->confidence * 100, plain_number(u->coverage_factor)),
+      Cell::Kind::number};
+}
+
+std::string headline_table(const RunAnalysis& a) {
+  Table table{"", "value ± expanded uncertainty<br/><small>for the specimen's own</small>",
+              "not included", "remarks"};
+  const auto row = [&](const Metric& m) {
+    const Uncertainty* u = a.uncertainty_of(m);
+    const std::string gaps =
+        u == nullptr ? "errors of the rig" : fmt::format("{}", fmt::join(u->gaps(), ", "));
+    table.row({text(metric_label(a, m)) + estimand_line(m.estimand), quoted(a, m),
+               m ? text(gaps) : "", text(m.reason)});
+  };
+  row(a.c0);
+  for (const RangeResult& r : a.ranges) row(r.sensitivity);
+  for (const Metric* m :
+       {&a.delta_C, &a.dynamic_range, &a.force_sensitivity, &a.hysteresis.largest_gap,
+        &a.repeatability_2sigma, &a.creep, &a.limit_of_detection}) {
+    if (*m) row(*m);
+  }
+  return table.html();
+}
+
 std::string metrics_table(const RunAnalysis& analysis) {
   Table table{"result", "value ± standard error", interval_head(analysis.options.confidence),
               "rows", "definition"};
@@ -45,17 +78,20 @@ std::string metrics_table(const RunAnalysis& analysis) {
   return table.html();
 }
 
-std::string range_table(const RunAnalysis& analysis) {
+namespace {
+
+std::string table_of_ranges(const std::vector<const RangeResult*>& ranges, double confidence) {
   Table table{"range",
               "sensitivity, fF/kPa",
-              interval_head(analysis.options.confidence),
+              interval_head(confidence),
               "with all parts, ±<br/><small>for the specimen's own</small>",
               "R²",
               "points",
               "straight? p",
               "residuals",
               "robust (Huber), fF/kPa"};
-  for (const RangeResult& r : analysis.ranges) {
+  for (const RangeResult* range : ranges) {
+    const RangeResult& r = *range;
     if (!r.sensitivity) {
       table.row({range_name(r.range), text(r.sensitivity.reason), no_number(), no_number(),
                  no_number(), count(r.points), no_number(), no_number(), no_number()});
@@ -72,6 +108,23 @@ std::string range_table(const RunAnalysis& analysis) {
          r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : no_number()});
   }
   return table.html();
+}
+
+std::string region_table(const RunAnalysis& analysis) {
+  if (!analysis.regions) return {};
+  const RegionSearch& found = *analysis.regions;
+  std::string out = "<h3>Two regions</h3>\n";
+  if (!found.reason.empty()) return out + paragraph("None: " + text(found.reason) + ".");
+  return out + table_of_ranges({&found.low, &found.high}, analysis.options.confidence) +
+         paragraph("One line would do as well with p = " + plain_number(found.p_one_line) + ".");
+}
+
+}  // namespace
+
+std::string range_table(const RunAnalysis& analysis) {
+  std::vector<const RangeResult*> ranges;
+  for (const RangeResult& r : analysis.ranges) ranges.push_back(&r);
+  return table_of_ranges(ranges, analysis.options.confidence) + region_table(analysis);
 }
 
 namespace {
@@ -208,6 +261,7 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
                 "more readings",
                 "basis"};
     for (const UncertaintyPart& p : b.parts) {
+      if (p.is_gap) continue;
       const double share = b.combined > 0 ? std::pow(p.standard_uncertainty / b.combined, 2) : 0;
       table.row({text(p.name),
                  number(p.standard_uncertainty, p.standard_uncertainty),
@@ -221,6 +275,11 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
     table.row({"<b>combined</b>", number(b.combined, b.combined), "", "",
                degrees(b.effective_degrees_of_freedom), "", ""});
     out += table.html();
+    for (const UncertaintyPart& p : b.parts) {
+      if (p.is_gap) {
+        out += paragraph("Not included: <b>" + text(p.name) + "</b>: " + text(p.basis) + ".");
+      }
+    }
   }
   return out;
 }

@@ -5,11 +5,15 @@
 #include <span>
 #include <string>
 
+#include "analysis/report/html.hpp"
 #include "analysis/report/report.hpp"
 
 namespace lcrig::report {
 
 // tables.cpp
+// The value with its expanded uncertainty, confidence and k; without one with its standard error.
+Cell quoted(const RunAnalysis& analysis, const Metric& metric);
+std::string headline_table(const RunAnalysis& analysis);  // the results that people look for first
 std::string metrics_table(const RunAnalysis& analysis);  // with definitions
 std::string range_table(const RunAnalysis& analysis);
 std::string level_table(const ReportRun& run);  // a row for each point of the curve, with the model

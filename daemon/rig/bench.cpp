@@ -72,6 +72,7 @@ Fixture parse_fixture(const JsonReader& fixture) {
   Fixture f;
   f.probe_diameter_m = fixture.quantity("probe_diameter", Dimension::length, kPositive);
   read(fixture, "local_gravity", Dimension::acceleration, f.local_gravity_m_s2, Range{9.7, 9.9});
+  f.stray_limit_F = fixture.optional_quantity("stray_limit", Dimension::capacitance, kNotNegative);
   fixture.no_other_keys();
   return f;
 }

@@ -22,6 +22,7 @@ namespace lcrig {
 struct Fixture {
   std::optional<double> probe_diameter_m;  // absent: unknown, so there are no pressures
   double local_gravity_m_s2 = kStandardGravity_m_s2;
+  std::optional<double> stray_limit_F;  // of leads and fixture, without an open correction
   std::optional<double> probe_area_m2() const;
 };
 // Reads the `fixture` object of a bench or config file.

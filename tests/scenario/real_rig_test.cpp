@@ -36,6 +36,7 @@ class CellWorld final : public SessionWorld {
     bench.plant.force_class = cell;
     bench.plant.force_nominal_N = 5;
     bench.errors = ErrorScope::everything;
+    bench.fixture.stray_limit_F = 3e-13;
   }
 
  private:
@@ -91,6 +92,8 @@ TEST(RealRig, ShippedProtocolsSucceedOnACellOfAnyClass) {
         const auto stored =
             nlohmann::json::parse(world.text("SELECT frame_capabilities_json FROM run"));
         EXPECT_EQ(stored.at("force_class_percent"), percent);
+        const auto meter = nlohmann::json::parse(world.text("SELECT correction_json FROM run"));
+        EXPECT_EQ(meter.at("stray_limit_F"), 3e-13);
       }
     }
   }

@@ -119,10 +119,10 @@ struct RigError {
   double relative = 0;  // standard uncertainty of a pressure
 };
 
-RigError error_of_rig(bool dead_weights, double area_m2) {
+RigError error_of_rig(const StoredCapabilities& frame, double area_m2) {
   const RigAccuracy rig;
   RigError out;
-  out.force_percent = rig.force_limit_percent(dead_weights);
+  out.force_percent = force_limit_percent(rig, frame.force_class_percent, frame.weights);
   out.diameter_mm = rig.diameter_limit_mm();
   const double diameter_mm = std::sqrt(4 * area_m2 / std::numbers::pi) * 1e3;
   out.relative = std::hypot(rectangular(out.force_percent / 100),
@@ -232,7 +232,7 @@ class FitCommand final : public Command {
     if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
     const FittedRun of{id, row->simulated, chain->intact};
     const RigError rig =
-        error_of_rig(parse_capabilities(row->frame_capabilities_json).weights, specimen->area_m2());
+        error_of_rig(parse_capabilities(row->frame_capabilities_json), specimen->area_m2());
     return show(context, to_json(of, level, model_error, rig, *fit),
                 [&](std::ostream& out) { out << to_text(of, level, model_error, rig, *fit); });
   }

@@ -10,6 +10,7 @@
 #include "analysis/report/report.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
+#include "tools/lcrig/analysis_arguments.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
@@ -31,12 +32,15 @@ class ReportCommand final : public Command {
     list.option("--csv", csv_, kFileWord, "The results as a table too, one row a run");
     list.option("--batch", batch_, {"NAME", Proposes::batch},
                 "Compare the runs of a batch instead");
+    options_.declare(list);
   }
 
   Outcome<ExitCode> run(Context& context) override {
     if (auto fits = check_output(); !fits) return fits.error();
-    if (!batch_.empty()) return report_batch(context);
-    auto runs = load(context);
+    const auto wanted = options_.read("report");
+    if (!wanted) return wanted.error();
+    if (!batch_.empty()) return report_batch(context, *wanted);
+    auto runs = load(context, *wanted);
     if (!runs) return runs.error();
     const std::string file = page_name(*runs);
     if (auto fits = check_files(file); !fits) return fits.error();
@@ -109,14 +113,14 @@ class ReportCommand final : public Command {
     return true;
   }
 
-  Outcome<ExitCode> report_batch(Context& context) const {
+  Outcome<ExitCode> report_batch(Context& context, const AnalysisOptions& wanted) const {
     if (runs_ != std::vector<std::string>{"last"} || !csv_.empty()) {
       return Failure(kUsage, "lcrig report: --batch takes neither RUN nor --csv",
                      "lcrig report --help");
     }
     auto db = open_runs(context);
     if (!db) return db.error();
-    auto report = load_batch_report(*db, batch_);
+    auto report = load_batch_report(*db, batch_, wanted);
     if (!report) {
       return Failure(report.error(), "give a --batch that is there, or another --db");
     }
@@ -139,14 +143,15 @@ class ReportCommand final : public Command {
     return out;
   }
 
-  Outcome<std::vector<ReportRun>> load(const Context& context) const {
+  Outcome<std::vector<ReportRun>> load(const Context& context,
+                                       const AnalysisOptions& wanted) const {
     auto db = open_runs(context);
     if (!db) return db.error();
     std::vector<ReportRun> out;
     for (const auto& text : runs_) {
       auto number = named_run(context, *db, text);
       if (!number) return number.error();
-      auto run = load_report_run(*db, *number);
+      auto run = load_report_run(*db, *number, wanted);
       if (!run) {
         return Failure(run.error(),
                        next_command(context.global, {"runs", "show", std::to_string(*number)}));
@@ -165,6 +170,7 @@ class ReportCommand final : public Command {
 
   std::vector<std::string> runs_{"last"};
   std::string output_, csv_, batch_;
+  AnalysisArguments options_;
 };
 
 }  // namespace

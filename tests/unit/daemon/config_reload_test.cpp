@@ -181,7 +181,7 @@ TEST_F(Reload, KnowsEveryKeyOfTheFile) {
               "start_gap_mm": 1, "force_class": 2,
               "force_loop": {"approach_mm_s": 1, "contact_N": 1, "rate_max_N_s": 1, "lag_s": 1,
                              "ripple_N": 1, "stiffness_max_N_mm": 1}},
-    "fixture": {"probe_diameter_mm": 5, "local_gravity_m_s2": 9.81}})");
+    "fixture": {"probe_diameter_mm": 5, "local_gravity_m_s2": 9.81, "stray_limit_fF": 300}})");
   const auto config = config_of(file_);
   std::vector<std::string> given = config.given, known;
   std::erase(given, "format");

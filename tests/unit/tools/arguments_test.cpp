@@ -3,11 +3,14 @@
 
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 
 #include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/protocol_text.hpp"
+#include "tools/lcrig/argument_table.hpp"
+#include "tools/lcrig/commands.hpp"
 
 namespace lcrig {
 namespace {
@@ -70,6 +73,25 @@ TEST(Arguments, EveryMistakeIsUsageAndSaysWhatToTypeNext) {
     EXPECT_THAT(cli.err.str(), HasSubstr("next: ")) << shown;
     EXPECT_THAT(cli.out.str(), IsEmpty()) << shown;
   }
+}
+
+// The options by which a number is analysed are the same wherever it is shown.
+TEST(Arguments, AReportTakesTheOptionsOfAnAnalysis) {
+  const auto options_of = [](cli::CommandFactory make) {
+    std::set<std::string> out;
+    const auto command = make();
+    for (const cli::Argument& a : cli::arguments_of(*command)) {
+      if (a.option) out.insert(a.names.back());
+    }
+    return out;
+  };
+  auto of_report = options_of(cli::kReportCommand);
+  for (const char* of_its_file : {"--output", "--csv", "--batch"}) {
+    EXPECT_EQ(of_report.erase(of_its_file), 1U) << of_its_file;
+  }
+  const auto of_analysis = options_of(cli::kAnalyzeCommand);
+  EXPECT_EQ(of_report, of_analysis);
+  EXPECT_TRUE(of_analysis.contains("--force-class"));
 }
 
 TEST(Arguments, HelpStartsWithAnExampleAndIsAResult) {

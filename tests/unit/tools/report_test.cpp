@@ -157,6 +157,66 @@ TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {
   }
 }
 
+std::string results_of(const std::string& html) {
+  const auto from = html.find("<section id='results'>");
+  return html.substr(from, html.find("</section>", from) - from);
+}
+
+// A reader quotes the first number of a page. Its +- is the expanded uncertainty, never the scatter
+// alone without a word.
+TEST_F(Report, HeadsThePageWithWhatMayBeQuoted) {
+  for (const std::int64_t run : {1, 2}) {
+    const std::string results = results_of(page({std::to_string(run)}));
+    const RunAnalysis a = analysis(run);
+    int with = 0, without = 0;
+    for (const Metric* m : a.metrics()) {
+      const auto value = fmt::format("<data value='{}'>", *m ? m->value() : 0);
+      if (!*m || results.find(value) == results.npos) continue;
+      const auto after = [&](double size, const char* words) {
+        const auto at = results.find(value);
+        const std::string cell = results.substr(at, results.find("</td>", at) - at);
+        EXPECT_THAT(cell,
+                    AllOf(HasSubstr(fmt::format(" ± <data value='{}'>", size)), HasSubstr(words)))
+            << m->name;
+      };
+      if (const Uncertainty* u = a.uncertainty_of(*m)) {
+        ++with;
+        after(u->expanded, "(95 %, k = ");
+      } else if (m->estimate->standard_error.value_or(0) > 0) {
+        ++without;
+        after(*m->estimate->standard_error, "(standard error)");
+      }
+    }
+    EXPECT_GE(with, 4);
+    EXPECT_GE(without, 1);
+    EXPECT_GT(a.uncertainty_of(a.c0)->expanded, 10 * *a.c0.estimate->standard_error)
+        << "at 1 kHz the meter's own error dominates";
+  }
+}
+
+TEST_F(Report, ShowsTheAnalysisThatWasAskedFor) {
+  const std::string plain = page({"1"});
+  const std::string html =
+      page({"1", "--range", "10:50", "--confidence", "0.99", "--force-class", "3",
+            "--temperature-C", "30", "--stray-limit-fF", "50", "--regions"});
+  AnalysisOptions wanted;
+  wanted.ranges = {{10, 50}};
+  wanted.confidence = 0.99;
+  wanted.search_regions = true;
+  wanted.rig.force_class_percent = 3;
+  wanted.rig.stray_limit_fF = 50;
+  wanted.rig.meter.temperature_C = 30;
+  const RunAnalysis a = analyse(open_read_only(db).value(), 1, wanted).value();
+  for (const Uncertainty& u : a.uncertainties) {
+    const auto expanded = fmt::format("<data value='{}'>", u.expanded);
+    EXPECT_THAT(html, HasSubstr(expanded)) << u.quantity;
+    EXPECT_THAT(plain, Not(HasSubstr(expanded))) << u.quantity;
+  }
+  EXPECT_THAT(results_of(html), AllOf(HasSubstr("10–50 kPa"), HasSubstr("(99 %, k = ")));
+  EXPECT_THAT(html, AllOf(HasSubstr("Two regions"), HasSubstr("limits of 3 % of reading")));
+  EXPECT_EQ(cli.run({"--db", db, "report", "1", "-o", file, "--force-class", "7"}), kUsage);
+}
+
 constexpr const char* kLoading = "loading branch, from ";
 constexpr const char* kOfTheRig = "what this rig would show";
 
