@@ -64,7 +64,8 @@ RunAnalysis analyse_stretches(const Stretches& in) {
                   hysteresis,
                   calc_uncertainties(basis, sensitivity),
                   calc_notes(scene, measured, holds),
-                  {}};
+                  {},
+                  measured.drift_in_levels};
   add_remarks(scene, out);
   return out;
 }

@@ -102,6 +102,14 @@ struct LevelResults {
   Direction line_direction = Direction::up;
 };
 
+// A change of C within levels that goes one way while the load is held: creep, relaxation.
+struct DriftInLevels {
+  std::int32_t levels = 0;  // number of levels that show it together
+  double largest_fF = 0;  // from the first to the last reading of a level; of that with the largest
+  double kPa = 0;  // of that level
+  std::optional<double> percent;  // of the change that its load made
+};
+
 // A reading far from the median of its level or rest, or of its neighbours in a loading. It stays
 // in all results except the robust slopes, the noise and the drift.
 struct Outlier {
@@ -324,6 +332,7 @@ struct RunAnalysis : RunFacts,
   std::vector<Uncertainty> uncertainties;
   std::vector<std::string> notes;  // facts that a reader must know: gaps, overloads, assumptions
   std::optional<Hum> hum;  // absent: none was found
+  std::optional<DriftInLevels> drift_in_levels;  // absent: none was found
 
   // Every metric of this analysis, including those of the ranges, in the order of a table.
   std::vector<const Metric*> metrics() const;

@@ -165,6 +165,13 @@ json of(const Outlier& o) {
           {"standard_deviations", number(o.deviations)}};
 }
 
+json of(const DriftInLevels& d) {
+  return {{"levels", d.levels},
+          {"largest_fF", number(d.largest_fF)},
+          {"largest_at_kPa", number(d.kPa)},
+          {"largest_percent", number(d.percent)}};
+}
+
 json of(const Hysteresis& h) {
   json loop = json::array();
   for (const LoopPoint& p : h.loop) {
@@ -275,6 +282,7 @@ json to_json(const RunAnalysis& a) {
           {"holds", list(a.holds)},
           {"outliers", list(a.outliers)},
           {"outlier_count", a.outlier_count},
+          {"drift_in_levels", a.drift_in_levels ? of(*a.drift_in_levels) : json(nullptr)},
           {"hum", a.hum ? json{{"period_s", number(a.hum->period_s())},
                                {"amplitude_fF", number(a.hum->amplitude_fF())}}
                         : json(nullptr)},

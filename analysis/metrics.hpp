@@ -65,6 +65,7 @@ struct MeasuredLevels {
   Direction line_direction = Direction::up;
   std::int64_t without_force = 0;
   Outliers outliers;  // includes those of the rests and of loadings without levels
+  std::optional<DriftInLevels> drift_in_levels;  // absent: none is more than chance
 };
 MeasuredLevels measure_levels(const RunView& view, const Rests& rests);
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "analysis/level_drift.hpp"
 #include "analysis/metrics.hpp"
 
 namespace lcrig {
@@ -113,6 +115,53 @@ void add_missing_levels(const RunData& data, const MeasuredLevels& measured, Not
   if (data.area_m2) add_count(empty, "{} levels have no usable reading", notes);
 }
 
+constexpr double kShowsInHold =
+    3.3;  // standard errors: chance exceeds it in one hold of a thousand
+
+bool has_outlier(const Outliers& outliers, const HoldResult& h) {
+  return std::ranges::any_of(
+      outliers.outliers, [&h](const Outlier& o) { return h.begin_s <= o.t_s && o.t_s <= h.end_s; });
+}
+
+// The fit to a hold follows an outlier; the ranks of its readings do not.
+bool shows_in_ranks(const Scene& scene, const HoldResult& h) {
+  constexpr double kInRanks = 2.6;  // standard deviations: one hold of a hundred by chance
+  std::vector<double> fF;
+  for (std::size_t i = h.first; i < h.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (r.has_force() && scene.uses(r)) fF.push_back(scene.fF(r));
+  }
+  return fF.size() > 1 && std::abs(rank_trend(fF)) > kInRanks;
+}
+
+// A drift within the readings of one load is named as such; it is no outlier.
+void add_creep(const Scene& scene, const MeasuredLevels& measured, const HoldResults& holds,
+               Notes& notes) {
+  if (const auto& d = measured.drift_in_levels) {
+    const std::string part =
+        d->percent ? fmt::format(" ({:.2g} % of what the load makes)", std::abs(*d->percent)) : "";
+    notes.push_back(fmt::format(
+        "creep or relaxation: C drifts one way within {} of {} levels, by up to {:.3g} fF{} at "
+        "{:.4g} kPa; such readings are no outliers",
+        d->levels, measured.levels.size(), d->largest_fF, part, d->kPa));
+    return;
+  }
+  if (!measured.levels.empty()) return;
+  const HoldResult* largest = nullptr;
+  std::int64_t resolved = 0;
+  const double widening = scene.rest_correlation.widening();
+  for (const HoldResult& h : holds.holds) {
+    if (!h.resolved || std::abs(h.change_fF) <= kShowsInHold * widening * h.change_se_fF) continue;
+    if (has_outlier(measured.outliers, h) && !shows_in_ranks(scene, h)) continue;
+    ++resolved;
+    if (largest == nullptr || std::abs(h.change_fF) > std::abs(largest->change_fF)) largest = &h;
+  }
+  if (largest == nullptr) return;
+  notes.push_back(
+      fmt::format("creep or relaxation: C drifts one way within {} of {} holds, by up to {:.3g} fF",
+                  resolved, holds.holds.size(), largest->change_fF));
+}
+
 void add_certified_range(const Scene& scene, const MeasuredLevels& measured, Notes& notes) {
   const auto from = scene.options.rig.force_certified_from_N;
   if (!from || !scene.data.area_m2) return;
@@ -151,6 +200,7 @@ Notes calc_notes(const Scene& scene, const MeasuredLevels& measured, const HoldR
     notes.push_back(fmt::format("only the first {} holds are analysed, {} more are not",
                                 holds.holds.size(), holds.holds_left_out));
   }
+  add_creep(scene, measured, holds, notes);
   add_certified_range(scene, measured, notes);
   add_missing_levels(data, measured, notes);
   add_count(measured.outliers.outlier_count,
