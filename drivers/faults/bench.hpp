@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/time.hpp"
+#include "drivers/panel_key.hpp"
 
 namespace lcrig {
 
@@ -34,9 +35,10 @@ class FaultBench {
   virtual void hook_meter(lcr6100::SimHooks hooks) = 0;
   virtual void break_meter(const std::function<void(lcr6100::SimFaults&)>& change) = 0;
   virtual std::string meter_identity() const = 0;
-  // Power-cycles the meter while it is unplugged, which loses its settings. With another identity
-  // it is another meter.
+  // Power-cycles the meter, which loses its settings. With another identity it is another meter.
   virtual void power_meter(const std::string& identity) = 0;
+  // A hand at its panel; an empty text: back to what it was.
+  virtual void turn_meter(PanelKey key, const std::string& to) = 0;
   virtual void say_unasked(std::string text) = 0;  // empty: the latest reading again
 
   virtual void hook_frame(ZwickSimHooks hooks) = 0;

@@ -61,6 +61,13 @@ void power_meter(const F&, bool on, const Scene& scene) {
   scene.bench.power_meter(scene.first_identity);
   scene.bench.plug_meter();
 }
+void restart_meter(const F&, bool on, const Scene& scene) {
+  if (!on) scene.bench.power_meter(scene.first_identity);
+  scene.bench.break_meter([on](Meter& m) { m.off = on; });
+}
+void turn_meter(const F& f, bool on, const Scene& scene) {
+  scene.bench.turn_meter(f.setting, on ? f.to : "");
+}
 void other_meter(const F& f, bool on, const Scene& scene) {
   scene.bench.unplug_meter();
   scene.bench.power_meter(on ? f.identity : scene.first_identity);
@@ -130,6 +137,10 @@ constexpr FaultKind kKinds[] = {
     {T::meter, "silent", S::lasting, 0, meter<&Meter::silent>},
     {T::meter, "unplug", S::lasting, kOtherPort, unplug_meter},
     {T::meter, "power_cycle", S::lasting, 0, power_meter},
+    {T::meter, "restart_behind_port", S::lasting, kNeedsEnd, restart_meter},
+    {T::meter, "panel_change", S::lasting, kPanel, turn_meter},
+    {T::meter, "setting_takes_effect_late", S::lasting, kDelay,
+     meter<&Meter::late_settings_s, &F::delay_s, 0>},
     {T::meter, "other_instrument", S::lasting, kIdentity, other_meter},
     {T::frame, "line_late", S::counted, kDelay, nullptr, O::transmission, L::delay},
     {T::frame, "line_lost", S::counted, 0, nullptr, O::transmission, L::drop},

@@ -45,6 +45,7 @@ constexpr unsigned kRate = 1U << 13U;
 constexpr unsigned kSpeed = 1U << 14U;
 constexpr unsigned kOrigin = 1U << 15U;
 constexpr unsigned kNeedsEnd = 1U << 16U;  // not a parameter: for_s is required
+constexpr unsigned kPanel = 1U << 17U;
 }  // namespace fault_parameter
 
 struct FaultScene {

@@ -7,6 +7,8 @@
 
 #include "base/near_word.hpp"
 #include "base/strict_json.hpp"
+#include "base/text.hpp"
+#include "drivers/lcr6100/sim.hpp"
 
 namespace lcrig {
 
@@ -76,6 +78,13 @@ void read_parameters(const JsonReader& r, Fault& f) {
   for (const FlagParameter& p : kFlags) {
     if (has(p.bit)) f.*p.member = r.optional_boolean(p.key).value_or(false);
   }
+  if (!has(kPanel)) return;
+  f.setting = r.word<PanelKey>("setting");
+  f.to = r.at("to").nonempty_string(40);
+  if (r.sound() && !lcr6100::Lcr6100Sim::accepts(f.setting, f.to)) {
+    r.at("to").refuse(fmt::format("\"{}\", which is no {} of the simulated meter", printable(f.to),
+                                  to_string(f.setting)));
+  }
 }
 
 void read_window(const JsonReader& r, Fault& f) {
@@ -122,7 +131,8 @@ Fault read_fault(const JsonReader& r) {
   }
   if (f.is(S::once) && f.for_s) r.at("for_s").refuse("this fault happens at once; leave it out");
   const bool needs_end = (f.kind->parameters & kNeedsEnd) != 0;
-  if (needs_end && !f.for_s) r.refuse("for_s is missing: a person comes back some time");
+  if (needs_end && !f.for_s)
+    r.refuse("for_s is missing: a person comes back some time, a restart ends");
   read_parameters(r, f);
   r.no_other_keys();
   return f;
@@ -193,6 +203,7 @@ std::string describe(const Fault& f) {
   if (has(kText) && !f.text.empty()) add("text", f.text);
   if (has(kIdentity)) add("identity", f.identity);
   if (has(kCode)) add("code", f.code);
+  if (has(kPanel)) add(to_string(f.setting), f.to);
   for (const FlagParameter& p : kFlags) {
     if (f.*p.member) out += fmt::format(", {}", p.key);
   }

@@ -31,6 +31,8 @@ struct Fault {
   double rate_N_s = 0, speed_um_s = 0;
   std::int64_t samples = 1;
   std::string text, identity, code = "not_ready";
+  PanelKey setting{};
+  std::string to;
   bool other_port = false, forgets_zero = false, origin_changes = false;
 
   bool is(FaultShape shape) const { return kind->shape == shape; }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "base/clock.hpp"
@@ -17,6 +18,7 @@ constexpr std::string_view kWords = ",OUT ,AUX-NG,NG";  // the comparator has no
 constexpr std::size_t kMaxLine = 1000;  // bytes; the receive buffer of the related AT381x
 constexpr Duration kWriteTime = 5s;
 constexpr Duration kSweepTime = 20s;
+constexpr double kLeads_F = 0.32e-12;  // stray of a good wiring, LCR reference 5
 }  // namespace
 
 Lcr6100Sim::Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
@@ -45,6 +47,8 @@ void Lcr6100Sim::keep_settings_of(const Lcr6100Sim& before) {
   values_ = before.values_;
   aperture_ = before.aperture_;
   average_ = before.average_;
+  in_force_ = before.in_force_;
+  before_ = before.before_;
   error_ = before.error_;
   garbage_sent_ = before.garbage_sent_;
   epoch_ = before.epoch_ + 1;
@@ -54,13 +58,12 @@ void Lcr6100Sim::keep_settings_of(const Lcr6100Sim& before) {
 void Lcr6100Sim::power_on(std::string identity) {
   if (!identity.empty()) config_.identity = std::move(identity);
   reset();
-  aperture_ = 2;
-  average_ = 1;
   error_ = "*E00";
+  garbage_sent_ = false;
+  ++starts_;
+  restart_grid();
   reading_.clear();
   monitors_.clear();
-  garbage_sent_ = false;
-  restart_grid();
 }
 
 Task<> Lcr6100Sim::run() {
@@ -80,6 +83,7 @@ Task<> Lcr6100Sim::run() {
 }
 
 Task<> Lcr6100Sim::take(std::string_view bytes) {
+  if (faults_.off) co_return;
   in_ += bytes;
   std::size_t begin = 0;
   for (auto end = in_.find('\n'); end != in_.npos; end = in_.find('\n', begin)) {
@@ -109,7 +113,7 @@ Task<> Lcr6100Sim::line(std::string_view text) {
 
 // Sends one line, with the faults that tests or scripts requested.
 Task<> Lcr6100Sim::answer(std::string text) {
-  if (faults_.silent) co_return;
+  if (faults_.silent || faults_.off) co_return;
   SimFaults::Reply fault(SimFaults::Kind::none);
   if (!faults_.replies.empty()) {
     fault = faults_.replies.front();
@@ -119,7 +123,9 @@ Task<> Lcr6100Sim::answer(std::string text) {
   }
   using Kind = SimFaults::Kind;
   if (fault.kind == Kind::drop) co_return;
+  const int start = starts_;
   if (fault.delay > 0s) co_await clock_.wait_for(fault.delay);
+  if (faults_.off || start != starts_) co_return;  // it was switched off meanwhile
   out_.clear();
   if (!std::exchange(garbage_sent_, true)) out_ = faults_.first_line;
   if (fault.kind == Kind::echo) out_.append("FETC?\r\n");
@@ -134,7 +140,7 @@ Task<> Lcr6100Sim::answer(std::string text) {
 }
 
 Task<> Lcr6100Sim::speak(std::string text) {
-  if (faults_.silent) co_return;
+  if (faults_.silent || faults_.off) co_return;
   if (text.empty()) {
     if (reading_.empty()) co_return;
     tell();
@@ -162,28 +168,49 @@ void Lcr6100Sim::restart_grid() {
   ++epoch_;
 }
 
-double Lcr6100Sim::sigma(double frequency, double volt) const {
-  const double once = config_.capacitance_noise_F[static_cast<std::size_t>(aperture_)];
-  return once * (1000 / frequency) / volt / std::sqrt(average_);
+double Lcr6100Sim::sigma(const SimSettings& s) const {
+  return config_.capacitance_noise_F[s.aperture] * (1000 / s.frequency_Hz) / s.level_V /
+         std::sqrt(s.average);
+}
+
+const SimSettings& Lcr6100Sim::in_force(MonoTime t) const {
+  const auto later = [t](const auto& entry) { return entry.first > t; };
+  const auto first = std::ranges::find_if(in_force_, later);
+  return first == in_force_.begin() ? first->second : std::prev(first)->second;
+}
+
+// The settings that are answered become those of the measurement now, or later.
+void Lcr6100Sim::note_settings(double late_s) {
+  constexpr std::size_t kKept = 64;
+  SimSettings now = settings_now();
+  if (!in_force_.empty() && in_force_.back().second == now) return;
+  MonoTime since = clock_.now() + from_seconds(late_s);
+  if (!in_force_.empty()) since = std::max(since, in_force_.back().first);
+  in_force_.emplace_back(since, std::move(now));
+  if (in_force_.size() > kKept) in_force_.pop_front();
 }
 
 // Computes the conversion whose window is centred on `middle`.
 void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
   computed_ = index;
   if (faults_.stuck && !reading_.empty()) return;
-  const double frequency = value("FREQ").number;
-  const double volt = value("LEV:VOLT").number;
+  const SimSettings& s = in_force(middle);
+  const Duration half = conversion() / 2;
+  measured_at_.reset();
+  if (in_force(middle - half) == in_force(middle + half)) measured_at_ = s;
   Electrical e = source_(middle);
-  const BasicAccuracy allowed = basic_accuracy(aperture_ == 0, frequency, volt);
+  // A person switched the correction on because of the leads.
+  if (config_.corrected && !s.open_correction) e.capacitance_F += kLeads_F;
+  const BasicAccuracy allowed = basic_accuracy(s.aperture == 0, s.frequency_Hz, s.level_V);
   e.capacitance_F *= 1 + config_.gain_error * allowed.gain;
   e.capacitance_F += config_.offset_error * allowed.offset_F;
   const auto [first, second] = noise_pair(config_.seed, epoch_, index);
-  const double noise = sigma(frequency, volt);
+  const double noise = sigma(s);
   if (e.capacitance_F > 0) e.dissipation += noise / e.capacitance_F * second;
   e.capacitance_F += noise * first;
   if (faults_.overload) e.capacitance_F = std::nan("");
-  const Impedance z(e.capacitance_F, e.dissipation, frequency);
-  const std::string_view function = value("FUNC").word;
+  const Impedance z(e.capacitance_F, e.dissipation, s.frequency_Hz);
+  const std::string_view function = s.function;
   const auto dash = function.find('-');
   reading_.clear();
   append_value(reading_, function.substr(0, dash), z.value(function.substr(0, dash)));
@@ -197,8 +224,8 @@ void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
     if (word == "OFF") continue;
     monitors_ += ',';
     double shown = z.value(word);
-    if (word == "VAC") shown = volt;
-    if (word == "IAC") shown = volt / z.value("Z");
+    if (word == "VAC") shown = s.level_V;
+    if (word == "IAC") shown = s.level_V / z.value("Z");
     append_value(monitors_, word, shown);
   }
 }
@@ -240,7 +267,9 @@ Task<> Lcr6100Sim::trigger(bool answered) {
   }
   const MonoTime begin = clock_.now();
   const Duration time = conversion();
+  const int start = starts_;
   co_await clock_.wait_until(begin + time);
+  if (faults_.off || start != starts_) co_return;
   if (recording_) {
     compute_recorded();
   } else {

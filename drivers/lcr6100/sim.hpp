@@ -6,13 +6,16 @@
 #include <array>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "drivers/line_fault.hpp"
+#include "drivers/panel_key.hpp"
 #include "drivers/transport.hpp"
 #include "model/plant.hpp"
 
@@ -46,6 +49,20 @@ struct SimFaults {
   double slow_factor = 1;  // multiplies the conversion time until the aperture is set again
   double byte_noise = 0;  // probability that a byte of an answer is spoiled
   bool correction_fails = false;
+  bool off = false;  // hears nothing and says nothing, as while it restarts
+  double late_settings_s =
+      0;  // a setting is answered at once, but measured at only this much later
+};
+
+// What a conversion depends on. The record of the truth: what the meter was, whatever it answers.
+struct SimSettings {
+  std::string function, range;
+  double frequency_Hz = 0, level_V = 0;
+  std::optional<double> bias_V;
+  std::size_t aperture = 0;
+  int average = 1;
+  bool open_correction = false, short_correction = false;
+  bool operator==(const SimSettings&) const = default;
 };
 
 // Called at every occasion, so that a fault script can decide (drivers/faults). May be empty. The
@@ -83,6 +100,12 @@ class Lcr6100Sim {
   // Sends a line that nobody asked for. An empty text repeats the latest reading.
   Task<> speak(std::string text);
   const std::string& identity() const { return config_.identity; }
+  // Sets what a hand at the panel sets; an empty text sets what it was before. False: the meter has
+  // no such value.
+  bool turn(PanelKey key, std::string_view to);
+  static bool accepts(PanelKey key, std::string_view to);
+  // For tests: the settings of the newest answered conversion; nullopt: they changed within it.
+  const std::optional<SimSettings>& measured_at() const { return measured_at_; }
   // For tests: `told` gets each reading when it is answered, before any line fault.
   void watch(std::function<void(MonoTime, const std::string&)> told) { told_ = std::move(told); }
   // For tests: the number of FETC? in all forms.
@@ -99,7 +122,7 @@ class Lcr6100Sim {
   Task<> correct();
   MonoTime next_edge() const { return grid_start_ + (finished() + 1) * conversion(); }
   Duration conversion() const;
-  double sigma(double frequency, double volt) const;
+  double sigma(const SimSettings& s) const;
   bool internal() const { return value("TRIG:SOUR").word == "INT"; }
   std::int64_t finished() const { return (clock_.now() - grid_start_) / conversion(); }
   void restart_grid();
@@ -107,6 +130,9 @@ class Lcr6100Sim {
     if (told_) told_(clock_.now(), reading_);
   }
   void compute(MonoTime middle, std::int64_t index);
+  SimSettings settings_now() const;
+  void note_settings(double late_s = 0);
+  const SimSettings& in_force(MonoTime t) const;
   void compute_recorded();
   // sim_commands.cpp: grammar
   struct Parameter;
@@ -138,6 +164,10 @@ class Lcr6100Sim {
 
   std::vector<Value> values_;  // in the order of parameters()
   int aperture_ = 2, average_ = 1;
+  std::deque<std::pair<MonoTime, SimSettings>> in_force_;  // since when; never empty
+  std::optional<SimSettings> measured_at_;
+  std::map<PanelKey, std::string> before_;  // what a hand at the panel has changed
+  int starts_ = 0;  // how often it was switched on
   std::string error_ = "*E00";
   std::string path_;  // header path of the current message
   std::string in_, out_;

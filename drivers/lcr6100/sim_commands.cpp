@@ -148,6 +148,65 @@ void Lcr6100Sim::reset() {
     values_[i].number = parameters()[i].number;
     if (config_.corrected && parameters()[i].header.starts_with("CORR:")) values_[i].word = "ON";
   }
+  aperture_ = 2;
+  average_ = 1;
+  before_.clear();
+  note_settings();
+}
+
+SimSettings Lcr6100Sim::settings_now() const {
+  SimSettings s;
+  s.function = value("FUNC").word;
+  s.range = value("FUNC:RANG:AUTO").word;
+  s.frequency_Hz = value("FREQ").number;
+  s.level_V = value("LEV:VOLT").number;
+  if (value("BIAS").word.empty()) s.bias_V = value("BIAS").number;
+  s.aperture = static_cast<std::size_t>(aperture_);
+  s.average = average_;
+  s.open_correction = value("CORR:OPEN:STAT").word == "ON";
+  s.short_correction = value("CORR:SHOR:STAT").word == "ON";
+  return s;
+}
+
+namespace {
+
+struct PanelEntry {
+  std::string_view set, query;
+};
+constexpr std::array<PanelEntry, 8> kPanel{{{"FUNC", "FUNC"},
+                                            {"FREQ", "FREQ"},
+                                            {"LEV:VOLT", "LEV:VOLT"},
+                                            {"APER", "APER:RATE"},
+                                            {"APER", "APER:AVG"},
+                                            {"FUNC:RANG:AUTO", "FUNC:RANG:AUTO"},
+                                            {"BIAS", "BIAS"},
+                                            {"CORR:OPEN:STAT", "CORR:OPEN:STAT"}}};
+
+}  // namespace
+
+bool Lcr6100Sim::accepts(PanelKey key, std::string_view to) {
+  const auto count = parse_number(to);
+  if (key == PanelKey::aperture) {
+    return std::ranges::find(kApertureWords, upper(to)) != kApertureWords.end();
+  }
+  if (key == PanelKey::average) {
+    return count && *count >= 1 && *count <= 256 && *count == std::floor(*count);
+  }
+  const auto& p = *std::ranges::find(parameters(), kPanel[static_cast<std::size_t>(key)].set,
+                                     &Parameter::header);
+  return find_word(p.words, to) || (count && *count >= p.min && *count <= p.max);
+}
+
+bool Lcr6100Sim::turn(PanelKey key, std::string_view to) {
+  const auto before = before_.find(key);
+  const std::string wanted =
+      to.empty() && before != before_.end() ? before->second : std::string(to);
+  if (!accepts(key, wanted)) return false;
+  const PanelEntry& entry = kPanel[static_cast<std::size_t>(key)];
+  if (!to.empty()) before_[key] = *read(entry.query);
+  set(std::string(entry.set), wanted);
+  note_settings();
+  return true;
 }
 
 const Lcr6100Sim::Value& Lcr6100Sim::value(std::string_view header) const {
@@ -201,7 +260,9 @@ Task<> Lcr6100Sim::command(std::string_view text) {
     --faults_.lose_sets;
   } else if (hooks_.loses_set && hooks_.loses_set()) {
     co_return;
-  } else if (!set(header, argument)) {
+  } else if (set(header, argument)) {
+    note_settings(faults_.late_settings_s);
+  } else {
     fail_with("*E01");
   }
 }

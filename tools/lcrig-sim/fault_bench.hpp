@@ -29,6 +29,7 @@ class PortBench final : public FaultBench {
   }
   std::string meter_identity() const override { return meter_.identity(); }
   void power_meter(const std::string& identity) override { meter_.power_on(identity); }
+  void turn_meter(PanelKey key, const std::string& to) override { meter_.turn(key, to); }
   void say_unasked(std::string text) override { meter_.say_unasked(std::move(text)); }
 
   void hook_frame(ZwickSimHooks hooks) override;

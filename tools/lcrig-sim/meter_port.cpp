@@ -83,7 +83,11 @@ void MeterPort::heal() {
 
 void MeterPort::power_on(const std::string& identity) {
   config_.identity = identity;
-  if (unplugged_) unplugged_->power_on(identity);
+  if (const auto& meter = meter_ ? meter_ : unplugged_) meter->power_on(identity);
+}
+
+void MeterPort::turn(PanelKey key, const std::string& to) {
+  if (const auto& meter = meter_ ? meter_ : unplugged_) meter->turn(key, to);
 }
 
 void MeterPort::say_unasked(std::string text) {

@@ -34,7 +34,8 @@ class MeterPort {
   void change(const std::function<void(lcr6100::SimFaults&)>& change);
   void heal();
   const std::string& identity() const { return config_.identity; }
-  void power_on(const std::string& identity);  // while unplugged; the settings are lost
+  void power_on(const std::string& identity);  // the settings are lost
+  void turn(PanelKey key, const std::string& to);
   void say_unasked(std::string text);
 
  private:

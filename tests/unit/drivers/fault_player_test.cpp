@@ -28,6 +28,9 @@ class FakeBench final : public FaultBench {
   }
   std::string meter_identity() const override { return "mine"; }
   void power_meter(const std::string& identity) override { done.push_back("power " + identity); }
+  void turn_meter(PanelKey key, const std::string& to) override {
+    done.push_back(fmt::format("{} {}", to_string(key), to.empty() ? "back" : to));
+  }
   void say_unasked(std::string text) override { done.push_back("say " + text); }
   void hook_frame(ZwickSimHooks hooks) override { frame = std::move(hooks); }
   void break_frame(const std::function<void(ZwickSimFaults&)>& change) override {
