@@ -255,6 +255,7 @@ RunSetup Session::make_setup(std::int64_t run) {
     return check_at_contact(start_m, contact_m);
   };
   setup.lcr_settings = settings_;
+  setup.corrections = corrections_;
   setup.probe_area_m2 = info.fixture.probe_area_m2();
   setup.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   setup.planned = planned_times(plan_);

@@ -33,15 +33,15 @@ SettingsEvent settings_event(const LcrSettings& s, Duration conversion_time) {
   return out;
 }
 
-Task<Result<LcrSettings>> LcrMeter::restore(LcrSettings settings) {
-  co_return co_await configure(std::move(settings));
+Task<Result<LcrSettings>> LcrMeter::restore(MeterState wanted) {
+  co_return co_await configure(std::move(wanted.settings));
 }
 
 Task<Result<CorrectionsOn>> LcrMeter::corrections() {
   co_return CorrectionsOn();
 }
 
-Task<Result<LcrSettings>> LcrMeter::reconnect() {
+Task<Result<Reconnected>> LcrMeter::reconnect(MeterState /*wanted*/) {
   co_return fail(Errc::invalid_request, "the meter has no port that could be opened again");
 }
 

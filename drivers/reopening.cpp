@@ -40,21 +40,9 @@ Task<Result<Identity>> ReopeningMeter::identify() {
   co_return identity;
 }
 
-Task<Result<LcrSettings>> ReopeningMeter::configure(LcrSettings settings) {
-  auto got = co_await inner_->configure(settings);
-  if (got) settings_ = settings;
-  co_return got;
-}
-
-Task<Result<LcrSettings>> ReopeningMeter::restore(LcrSettings settings) {
-  auto got = co_await inner_->restore(settings);
-  if (got) settings_ = settings;
-  co_return got;
-}
-
-Task<Result<LcrSettings>> ReopeningMeter::reconnect() {
-  if (!identity_ || !settings_) {
-    co_return fail(Errc::invalid_request, "a meter comes back only after it was set up once");
+Task<Result<Reconnected>> ReopeningMeter::reconnect(MeterState wanted) {
+  if (!identity_) {
+    co_return fail(Errc::invalid_request, "a meter comes back only after it was identified once");
   }
   inner_->close();  // frees the port before it is opened again
   auto opened = co_await open_();
@@ -63,10 +51,13 @@ Task<Result<LcrSettings>> ReopeningMeter::reconnect() {
   auto identity = co_await meter->identify();
   if (!identity) co_return fail(identity.error());
   if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
-  auto settings = co_await meter->restore(*settings_);
+  // The settings that it has now are those of its last readings, unless it was without power.
+  auto found = co_await meter->read_back(wanted);
+  if (!found) co_return fail(found.error());
+  auto settings = co_await meter->restore(wanted);
   if (!settings) co_return fail(settings.error());
   inner_ = std::move(meter);
-  co_return settings;
+  co_return Reconnected(std::move(*settings), std::move(*found));
 }
 
 Task<Result<Identity>> ReopeningFrame::identify() {

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "base/clock.hpp"
 #include "drivers/lcr_meter.hpp"
@@ -30,21 +31,27 @@ class ReopeningMeter final : public LcrMeter {
 
   const LcrCapabilities& capabilities() const override { return inner_->capabilities(); }
   Task<Result<Identity>> identify() override;
-  Task<Result<LcrSettings>> configure(LcrSettings settings) override;
-  Task<Result<LcrSettings>> restore(LcrSettings settings) override;
+  Task<Result<LcrSettings>> configure(LcrSettings settings) override {
+    return inner_->configure(std::move(settings));
+  }
+  Task<Result<LcrSettings>> restore(MeterState wanted) override {
+    return inner_->restore(std::move(wanted));
+  }
+  Task<Result<ReadBack>> read_back(MeterState wanted) override {
+    return inner_->read_back(std::move(wanted));
+  }
   Task<Result<LcrReading>> measure() override { return inner_->measure(); }
   Task<Result<>> correct(CorrectionKind kind) override { return inner_->correct(kind); }
   Task<Result<CorrectionsOn>> corrections() override { return inner_->corrections(); }
   Task<Result<>> resync() override { return inner_->resync(); }
   Task<Result<>> make_safe() override { return inner_->make_safe(); }
-  Task<Result<LcrSettings>> reconnect() override;
+  Task<Result<Reconnected>> reconnect(MeterState wanted) override;
   void close() override { inner_->close(); }
 
  private:
   std::unique_ptr<LcrMeter> inner_;
   OpenMeter open_;
   std::optional<Identity> identity_;
-  std::optional<LcrSettings> settings_;  // as requested
 };
 
 class ReopeningFrame final : public LoadFrame {

@@ -20,6 +20,10 @@ constexpr Duration kQuiet = 50ms;  // after this long without a byte the line is
 constexpr Duration kDrainAtMost = 1s;  // a meter that sends unasked is never quiet
 constexpr std::string_view kSentinel = "*IDN?";
 
+bool is_text(char c) {
+  return (c >= ' ' && c <= '~') || c == '\r' || c == '\n' || c == '\t';
+}
+
 bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0;
 }
@@ -56,6 +60,8 @@ Task<Result<std::size_t>> ScpiLink::fill(MonoTime deadline) {
   last_byte_ = clock_.now();
   if (in_.empty()) first_byte_ = last_byte_;
   in_.append(chunk_.data(), *n);
+  const std::string_view bytes(chunk_.data(), *n);
+  heard_no_text_ = heard_no_text_ || !std::ranges::all_of(bytes, is_text);
   co_return n;
 }
 
@@ -139,6 +145,7 @@ Task<Result<Reply>> ScpiLink::exchange(std::string_view command, Duration timeou
   if (identity) --open_identities_;
   if (!in_.empty()) stray_seen_ = true;
   dirty_ = !in_.empty();
+  heard_no_text_ = heard_no_text_ && !std::ranges::all_of(reply->text, is_text);
   co_return reply;
 }
 
@@ -227,6 +234,9 @@ Task<Result<>> ScpiLink::resync() {
     dirty_ = false;
     resynced_ = true;
     co_return Result<>();
+  }
+  if (heard_no_text_) {
+    co_return fail(Errc::no_reply, "{}: *IDN? -> bytes that are no answer: {}", name(), kLineWords);
   }
   co_return fail(Errc::no_reply, "{}: *IDN? -> no reply; the line cannot be resynchronised",
                  name());

@@ -19,6 +19,10 @@
 
 namespace lcrig {
 
+// What to do about bytes that are no text.
+constexpr std::string_view kLineWords =
+    "check that baud rate and parity of the port are those of the instrument";
+
 struct Reply {
   std::string text;  // without line end and surrounding blanks; never empty
   MonoTime asked, first_byte, last_byte;
@@ -54,6 +58,10 @@ class ScpiLink {
   bool take_echo_seen() { return std::exchange(echo_seen_, false); }
   bool take_stray_seen() { return std::exchange(stray_seen_, false); }
 
+  // Bytes came since the last clean answer, and some are no text: what a wrong baud rate or parity
+  // looks like.
+  bool heard_no_text() const { return heard_no_text_; }
+
   void close() { transport_->close(); }
   const std::string& name() const { return transport_->name(); }
 
@@ -78,6 +86,7 @@ class ScpiLink {
   Duration patience_ = std::chrono::seconds(2);
   int open_identities_ = 0;  // number of `*IDN?` not yet answered
   bool dirty_ = false, resynced_ = false, echo_seen_ = false, stray_seen_ = false;
+  bool heard_no_text_ = false;
 };
 
 }  // namespace lcrig

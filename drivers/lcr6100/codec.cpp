@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 #include "base/text.hpp"
 #include "drivers/lcr6100/pace.hpp"
@@ -156,6 +157,17 @@ std::optional<double> parse_with_unit(std::string_view text) {
   return std::nullopt;
 }
 
+bool is_out_of_range(const LcrSettings& s, double primary) {
+  constexpr double kDisplayed_ohm = 99.9999e6;  // LCR reference 4.4
+  if (s.function == LcrFunction::ZThr || s.function == LcrFunction::ZThd) return primary <= 0;
+  if (s.function == LcrFunction::RX) return std::abs(primary) > kDisplayed_ohm;
+  // Kb of LCR reference 4.2 for FAST, three times as much as in the coarser rows of a relative.
+  const double omega = 2 * std::numbers::pi * s.frequency.si();
+  const double low = s.frequency.si() < 100 ? 1 + std::sqrt(100 / s.frequency.si()) : 1;
+  const double error_F = 6e-9 * (1 + 0.1 / s.level.si()) * low / omega;
+  return primary == 0 || primary < -error_F;
+}
+
 LcrCapabilities capabilities() {
   LcrCapabilities c;
   c.functions = {LcrFunction::CsRs, LcrFunction::CsD,  LcrFunction::CpRp, LcrFunction::CpD,
@@ -172,6 +184,11 @@ LcrCapabilities capabilities() {
   c.conversion[0] = std::chrono::milliseconds(65);
   c.conversion[1] = std::chrono::milliseconds(120);
   c.conversion[2] = std::chrono::milliseconds(380);
+  // Users of the meter wait 0.2 to 1 s after a change of function, frequency or aperture (LCR
+  // reference 6). No source gives a time for the others.
+  c.settling = std::chrono::seconds(1);
+  // Question and answer take 4 ms on the line. Aperture and average share one.
+  c.read_back = 12 * std::chrono::milliseconds(4);
   c.found_later = Pace::kLater;
   c.found_earlier = Pace::kEarlier;
   return c;

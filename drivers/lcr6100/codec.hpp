@@ -58,7 +58,8 @@ enum class SettingId {
   aperture,
   average,
   trigger,
-  correction
+  open_correction,
+  short_correction
 };
 
 // One line of the set-up: the command, the query that reads it back, and the expected answer.
@@ -71,12 +72,23 @@ struct Setting {
   std::string wanted;
 };
 // All settings in the order in which to send them; the trigger comes last.
-std::vector<Setting> settings_for(const LcrSettings& s);
+std::vector<Setting> settings_for(const MeterState& wanted);
+// Those that a value depends on, in the order in which to read them back: one query for aperture
+// and average, and no two neighbours with the same answer, so that a line too old by one is
+// noticed.
+std::vector<Setting> read_backs_for(const MeterState& wanted);
+// The key of a setting in the event `read_back`.
+std::string_view key_of(SettingId id);
 // True when the read-back equals the wanted value. The case of words is ignored; numbers may differ
 // by the meter's resolution. A reply that does not parse does not match.
 bool matches(const Setting& setting, std::string_view reply);
 // Stores a matching read-back in `s`, with the meter's own digits.
 void apply(const Setting& setting, std::string_view reply, LcrSettings& s);
+
+// Whether the meter cannot have measured this value: a capacitance of exactly 0, or one that is
+// negative beyond the meter's error; an impedance that is not positive; a resistance beyond its
+// display.
+bool is_out_of_range(const LcrSettings& s, double primary);
 
 // Ranges and conversion times of the LCR-6100.
 LcrCapabilities capabilities();

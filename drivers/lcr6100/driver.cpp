@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/lcr6100/driver.hpp"
 
-#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <utility>
 
@@ -73,6 +72,10 @@ Task<Result<Reply>> Lcr6100::ask_identity() {
 Task<Result<Identity>> Lcr6100::identify() {
   co_await wake();
   auto reply = co_await ask_identity();
+  if (link_.heard_no_text() && !(reply && parse_identity(reply->text))) {
+    co_return fail(Errc::garbled, "{}: bytes came that are no answer to *IDN? ({}): {}",
+                   link_.name(), printable(reply ? reply->text : reply.error().what), kLineWords);
+  }
   if (!reply && reply.error().code == Errc::no_reply) {
     co_return fail(Errc::no_reply,
                    "{}; check power and cable, and that the meter's system menu has this port "
@@ -136,6 +139,7 @@ Result<> Lcr6100::check(const LcrSettings& s) const {
 Task<Result<>> Lcr6100::establish(const Setting& setting, LcrSettings& got) {
   Result<Reply> reply = fail(Errc::bug, "{}: not asked", link_.name());
   for (int i = 0; i < kTries; ++i) {
+    if (setting.id != SettingId::trigger) settled_ = clock_.now() + capabilities_.settling;
     auto sent = co_await set(setting.set);
     if (!sent) co_return sent;
     reply = co_await link_.query(setting.query, kReplyTime);
@@ -151,11 +155,42 @@ Task<Result<>> Lcr6100::establish(const Setting& setting, LcrSettings& got) {
 }
 
 Task<Result<LcrSettings>> Lcr6100::configure(LcrSettings settings) {
-  co_return co_await set_up(settings, false);
+  MeterState wanted(std::move(settings), CorrectionsOn());
+  co_return co_await set_up(std::move(wanted), false);
 }
 
-Task<Result<LcrSettings>> Lcr6100::restore(LcrSettings settings) {
-  co_return co_await set_up(settings, true);
+Task<Result<LcrSettings>> Lcr6100::restore(MeterState wanted) {
+  co_return co_await set_up(std::move(wanted), true);
+}
+
+Task<Result<ReadBack>> Lcr6100::read_back(MeterState wanted) {
+  co_await wake();
+  ReadBack out;
+  std::string query, answer;
+  const auto table = read_backs_for(wanted);
+  for (const Setting& setting : table) {
+    if (setting.query == query && matches(setting, answer)) continue;
+    // After one difference on an emptied line, the other answers are no older than that one.
+    const int tries = out.equal() ? 2 : 1;
+    auto reply = co_await ask_setting(setting, tries);
+    if (!reply) co_return fail(reply.error());
+    query = setting.query;
+    answer = reply->text;
+    if (!matches(setting, answer)) out.differs.emplace_back(key_of(setting.id));
+  }
+  co_return out;
+}
+
+// The answer that matches, or the last of `tries`, each on an emptied line.
+Task<Result<Reply>> Lcr6100::ask_setting(const Setting& setting, int tries) {
+  Result<Reply> reply = fail(Errc::bug, "{}: not asked", link_.name());
+  for (int i = 0; i < tries; ++i) {
+    reply = co_await link_.query(setting.query, kReplyTime);
+    if (reply && matches(setting, reply->text)) break;
+    if (!reply && is_fatal(reply.error().code)) break;
+    link_.mark_dirty();
+  }
+  co_return reply;
 }
 
 Task<Result<bool>> Lcr6100::is_established(const Setting& setting, LcrSettings& got) {
@@ -166,15 +201,21 @@ Task<Result<bool>> Lcr6100::is_established(const Setting& setting, LcrSettings& 
   co_return true;
 }
 
-Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings, bool look_first) {
+Task<Result<LcrSettings>> Lcr6100::set_up(MeterState wanted, bool look_first) {
+  const LcrSettings& settings = wanted.settings;
   auto valid = check(settings);
   if (!valid) co_return fail(valid.error());
   co_await wake();
   LcrSettings got = settings;
   configured_ = false;
-  const auto table = settings_for(settings);
+  settled_ = MonoTime{};
+  const auto table = settings_for(wanted);
   for (const Setting& setting : table) {
-    if (look_first) {
+    // The trigger comes last. Sending it starts a new conversion, when the others have settled.
+    const bool changed = settled_ > MonoTime{};
+    const bool last = setting.id == SettingId::trigger;
+    if (last && settled_ > clock_.now()) co_await clock_.wait_until(settled_);
+    if (look_first && !(last && changed)) {
       auto there = co_await is_established(setting, got);
       if (!there) co_return fail(there.error());
       if (*there) continue;
@@ -185,8 +226,12 @@ Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings, bool look_first)
   settings_ = settings;
   conversion_ = capabilities_.conversion_time(settings);
   link_.set_patience(std::max<Duration>(2s, conversion_ + conversion_ / 2));
-  pace_.restart(clock_.now(), conversion_);
-  last_poll_ = clock_.now() + conversion_ - settings.poll_interval.value_or(Duration{});
+  // A meter that did not start anew ends the conversion from before within this time. Not on its
+  // edge, where an answer may be of either side.
+  const Duration old = conversion_ - kPace + Pace::kEarlier;
+  const MonoTime clean = clock_.now() + std::max<Duration>(0s, old);
+  pace_.restart(clean, conversion_);
+  last_poll_ = clean + conversion_ - settings.poll_interval.value_or(Duration{});
   last_values_.clear();
   last_fresh_ = MonoTime{};
   slow_ = 0;
@@ -220,20 +265,17 @@ Result<LcrReading> Lcr6100::reading(const Reply& reply, std::string_view command
   out.asked = reply.asked;
   out.first_byte = reply.first_byte;
   out.last_byte = reply.last_byte;
+  if (line->primary && is_out_of_range(settings_, *line->primary)) {
+    out.flags |= lcr_flag::kOutOfRange;
+  }
   if (link_.take_resynced()) out.flags |= lcr_flag::kAfterResync;
-  if (std::exchange(set_up_again_, false)) out.flags |= lcr_flag::kAfterSetUp;
+  out.slow = slow_ >= kSlowReadings;
   return out;
 }
 
 Task<Result<LcrReading>> Lcr6100::measure() {
   if (!configured_) {
     co_return fail(Errc::invalid_request, "{}: the meter is not configured", link_.name());
-  }
-  if (slow_ >= kSlowReadings) {
-    spdlog::warn("{}: the meter became slow; the set-up is sent again", link_.name());
-    auto again = co_await set_up(settings_, false);
-    if (!again) co_return fail(again.error());
-    set_up_again_ = true;
   }
   if (settings_.trigger == LcrTrigger::bus) co_return co_await trigger();
   co_return co_await poll();
@@ -317,7 +359,9 @@ Task<Result<>> Lcr6100::correct(CorrectionKind kind) {
   const bool answered = verdict || verdict.error().code == Errc::refused;
   if (answered) link_.set_patience(std::max<Duration>(2s, conversion_ + conversion_ / 2));
   if (!verdict) co_return verdict;
-  const Setting state(SettingId::correction, "correction state", node + ":STAT", "ON");
+  const SettingId id =
+      kind == CorrectionKind::open ? SettingId::open_correction : SettingId::short_correction;
+  const Setting state(id, "correction state", node + ":STAT", "ON");
   LcrSettings unused;
   co_return co_await establish(state, unused);
 }

@@ -24,7 +24,8 @@ class Lcr6100 final : public LcrMeter {
   Task<Result<LcrSettings>> configure(LcrSettings settings) override;
   // Reads every setting and sends only those that differ. Most of the 2.3 s of a whole set-up are
   // pauses after set commands.
-  Task<Result<LcrSettings>> restore(LcrSettings settings) override;
+  Task<Result<LcrSettings>> restore(MeterState wanted) override;
+  Task<Result<ReadBack>> read_back(MeterState wanted) override;
   Task<Result<LcrReading>> measure() override;
   Task<Result<>> correct(CorrectionKind kind) override;
   Task<Result<CorrectionsOn>> corrections() override;
@@ -39,7 +40,8 @@ class Lcr6100 final : public LcrMeter {
   Task<Result<>> set(std::string_view command);
   Task<Result<>> establish(const Setting& setting, LcrSettings& got);
   Task<Result<bool>> is_established(const Setting& setting, LcrSettings& got);
-  Task<Result<LcrSettings>> set_up(LcrSettings settings, bool look_first);
+  Task<Result<LcrSettings>> set_up(MeterState wanted, bool look_first);
+  Task<Result<Reply>> ask_setting(const Setting& setting, int tries);
   Task<Result<LcrReading>> trigger();
   Task<Result<LcrReading>> poll();
   Task<Result<>> await_verdict(std::string_view command);
@@ -63,7 +65,7 @@ class Lcr6100 final : public LcrMeter {
   MonoTime last_poll_{};
   MonoTime last_fresh_{};
   int slow_ = 0;  // consecutive readings that took far too long
-  bool set_up_again_ = false;  // sets the flag of the next reading
+  MonoTime settled_{};  // when the setting that was sent last has settled
 };
 
 }  // namespace lcrig::lcr6100

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The set-up of the meter as a table: commands, wanted values, read-backs.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -19,13 +20,13 @@ std::string_view field(std::string_view reply, int index) {
   return comma == reply.npos ? std::string_view() : trimmed(reply.substr(comma + 1));
 }
 
-// Half a step of the read-back's resolution: three decimals of the mantissa for the level, two
-// decimals of a volt for the bias, six of the mantissa for the frequency.
+// The read-back's resolution: half a step of the level's three decimals and of the bias's two, five
+// steps of the frequency's six, because the generator has steps of its own.
 double tolerance(SettingId id, double wanted) {
   switch (id) {
     case SettingId::level: return 0.6e-3 * std::abs(wanted);
     case SettingId::bias: return 0.006;
-    case SettingId::frequency: return 1e-6 * std::abs(wanted);
+    case SettingId::frequency: return 5e-6 * std::abs(wanted);
     default: return 0;
   }
 }
@@ -37,10 +38,12 @@ bool is_number(SettingId id) {
 
 }  // namespace
 
-std::vector<Setting> settings_for(const LcrSettings& s) {
+std::vector<Setting> settings_for(const MeterState& wanted) {
   using Id = SettingId;
+  const LcrSettings& s = wanted.settings;
+  const CorrectionsOn& on = wanted.corrections;
   std::vector<Setting> out;
-  out.reserve(15);
+  out.reserve(17);
   const auto add = [&out](Id id, std::string_view name, const char* header, std::string value) {
     out.emplace_back(id, name, header, std::move(value));
   };
@@ -58,8 +61,63 @@ std::vector<Setting> settings_for(const LcrSettings& s) {
   add(Id::frequency, "frequency", "FREQ", format_parameter(s.frequency.si()));
   add(Id::aperture, "aperture", "APER", std::string(kRates[static_cast<std::size_t>(s.aperture)]));
   add(Id::average, "average", "APER", std::to_string(s.average));
+  const auto add_switch = [&](Id id, std::string_view name, const char* header, bool state) {
+    add(id, name, header, state ? "ON" : "OFF");
+  };
+  if (on.open) add_switch(Id::open_correction, "open correction", "CORR:OPEN:STAT", *on.open);
+  if (on.short_circuit) {
+    add_switch(Id::short_correction, "short correction", "CORR:SHOR:STAT", *on.short_circuit);
+  }
   add(Id::trigger, "trigger", "TRIG:SOUR", s.trigger == LcrTrigger::bus ? "BUS" : "INT");
   return out;
+}
+
+std::vector<Setting> read_backs_for(const MeterState& wanted) {
+  using Id = SettingId;
+  static constexpr std::array kOrder{Id::function,
+                                     Id::auto_function,
+                                     Id::level,
+                                     Id::alc,
+                                     Id::frequency,
+                                     Id::bias,
+                                     Id::aperture,
+                                     Id::average,
+                                     Id::open_correction,
+                                     Id::trigger,
+                                     Id::short_correction,
+                                     Id::auto_range,
+                                     Id::source_resistance};
+  const std::vector<Setting> all = settings_for(wanted);
+  std::vector<Setting> out;
+  out.reserve(kOrder.size());
+  for (const Id id : kOrder) {
+    const auto it = std::ranges::find(all, id, &Setting::id);
+    if (it != all.end()) out.push_back(*it);
+  }
+  return out;
+}
+
+std::string_view key_of(SettingId id) {
+  switch (id) {
+    case SettingId::page: return "page";
+    case SettingId::function: return "function";
+    case SettingId::auto_function: return "automatic_function";
+    case SettingId::auto_range: return "range";
+    case SettingId::monitor1: return "monitor1";
+    case SettingId::monitor2: return "monitor2";
+    case SettingId::source_resistance: return "source_resistance_ohm";
+    case SettingId::level: return "level_V";
+    case SettingId::alc: return "level_control";
+    case SettingId::bias: return "bias_V";
+    case SettingId::comparator: return "comparator";
+    case SettingId::frequency: return "frequency_Hz";
+    case SettingId::aperture: return "aperture";
+    case SettingId::average: return "average";
+    case SettingId::trigger: return "trigger";
+    case SettingId::open_correction: return "open_correction";
+    case SettingId::short_correction: return "short_correction";
+  }
+  return "";
 }
 
 std::optional<bool> parse_switch(std::string_view reply) {
@@ -78,7 +136,7 @@ bool matches(const Setting& setting, std::string_view reply) {
   }
   if (setting.id == SettingId::aperture) return same_word(field(reply, 0), setting.wanted);
   if (setting.id == SettingId::average) return field(reply, 1) == setting.wanted;
-  if (setting.id == SettingId::correction) {
+  if (setting.id == SettingId::open_correction || setting.id == SettingId::short_correction) {
     return parse_switch(reply) == parse_switch(setting.wanted);
   }
   if (setting.id == SettingId::page) return same_word(reply.substr(0, 4), setting.wanted);

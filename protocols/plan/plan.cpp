@@ -60,6 +60,7 @@ Result<std::optional<PlanRefused>> walk(const Protocol& protocol, const Environm
   plan.limits = *limits;
   plan.lcr = protocol.sample.lcr;
   plan.lcr.aperture = choice.aperture;
+  plan.read_backs = PlannedReadBacks(rig.lcr);
   plan.aperture_note = choice.note;
   Environment values = environment;  // the walk sets and removes sweep variables
   Planner planner(protocol, values, rig, *limits, plan);
@@ -188,6 +189,7 @@ nlohmann::json to_json(const Plan& plan) {
           {"database_bytes", plan.bytes},
           {"aperture", to_string(plan.lcr.aperture)},
           {"aperture_note", plan.aperture_note},
+          {"read_back", to_json(plan.read_backs)},
           {"stop_places", places_json(plan.places)},
           {"assumptions", plan.assumptions},
           {"steps", std::move(steps)}};

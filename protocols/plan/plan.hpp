@@ -11,6 +11,7 @@
 
 #include "protocols/plan/advice.hpp"
 #include "protocols/plan/check.hpp"
+#include "protocols/plan/read_backs.hpp"
 #include "protocols/watch/watch_figures.hpp"
 
 namespace lcrig {
@@ -50,6 +51,7 @@ struct Plan {
   double duration_s = 0;  // including `finally`
   double hand_s = 0;  // the part for which a person is needed
   std::int64_t measure_readings = 0;  // planned fresh readings of `measure` steps
+  PlannedReadBacks read_backs;
   std::int64_t lcr_readings = 0, frame_samples = 0;  // approximate numbers of recorded rows
   double peak_force_N = 0;  // largest commanded or expected force, without overshoot
   double overshoot_N = 0;  // largest overshoot that the specimen's model expects

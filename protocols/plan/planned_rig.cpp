@@ -7,6 +7,20 @@
 
 namespace lcrig {
 
+void PlannedRig::note_recording() {
+  if (protocol_.sample.lcr_continuous) plan_.read_backs.add_recording(lcr_, rig_.lcr);
+}
+
+void PlannedRig::set_meter(const SetLcrStep& step) {
+  lcr_ = step.change(lcr_, environment_);
+  note_recording();
+}
+
+void PlannedRig::add_level(std::int64_t readings, double within_s) {
+  plan_.measure_readings += readings;
+  plan_.read_backs.add_level(static_cast<double>(readings), within_s, lcr_, rig_.lcr);
+}
+
 PlannedRig::PlannedRig(const Protocol& protocol, const Environment& environment, const Rig& rig,
                        const BoundLimits& limits, Plan& plan)
     : protocol_(protocol),
@@ -16,6 +30,7 @@ PlannedRig::PlannedRig(const Protocol& protocol, const Environment& environment,
       forecast_(make_forecast(rig)),
       plan_(plan),
       lcr_(plan.lcr) {
+  note_recording();
   // A force within the noise counts as zero.
   const double below = -rig.rest_force_N;
   if (below > kNoiseSigmas * force_noise_N(rig).value_or(0)) below_N_ = below;

@@ -83,8 +83,8 @@ class PlannedRig {
   void zero_force() { force_ = below_N_ = 0; }
   void zero_travel();
   void state_gap(double gap_m);
-  void set_meter(const SetLcrStep& step) { lcr_ = step.change(lcr_, environment_); }
-  void add_readings(std::int64_t count) { plan_.measure_readings += count; }
+  void set_meter(const SetLcrStep& step);
+  void add_level(std::int64_t readings, double within_s);
 
   // Sets the end of a motion or of a placed load; refuses it if the limits do not allow it. `to`
   // and `given` are the file's values, for advice.
@@ -102,6 +102,8 @@ class PlannedRig {
   void unload() { force_ = 0; }
 
  private:
+  void note_recording();
+
   const Protocol& protocol_;
   const Environment& environment_;
   Rig rig_;  // its travels are shifted to each new zero

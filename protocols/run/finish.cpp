@@ -46,6 +46,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   stop = run_.interrupts.begin_finish(std::move(stop));
   co_await run_.drive.stop();
   if (losses_.frame_away() != nullptr) co_await losses_.bring_frame_back();
+  co_await prove_readings(stop.has_value());
   co_await stop_for(stop);
   run_.guard.allow_return(run_.truth.sure_noise_N());
   const bool clears = may_clear(stop && stop->kind == Interrupt::freeze);
@@ -71,10 +72,23 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   co_return std::move(result_);
 }
 
+// The readings of the steps, before those of `finally`. A run that was stopped does not wait for
+// it.
+Task<> Finish::prove_readings(bool stopped) {
+  run_.sampler.doubt();
+  if (stopped || losses_.meter_away()) co_return;
+  auto same = co_await run_.sampler.prove();
+  if (same || same.error().code != Errc::refused) co_return;
+  losses_.lose_meter(same.error());
+  const bool bears = run_.setup.protocol.on_loss != OnLoss::abort;
+  if (!bears) unproven_ = same.error();
+}
+
 // Takes the reason of the stop, and resynchronises the frame, because an exchange may have been
 // cut.
 Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
   result_.exit_status = ExitStatus::success;
+  if (!stop && unproven_) fail_with(unproven_->code, unproven_->what);
   if (!stop) co_return;
   hear(*stop);
   if (stop->kind == Interrupt::stop_after) {  // came between two steps: no exchange was cut
@@ -260,6 +274,7 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
 
 Task<> Finish::make_meter_safe() {
   co_await run_.sampler.stop();
+  co_await run_.sampler.finish_proof();
   if (losses_.meter_away()) co_return;
   auto safe = co_await run_.setup.lcr.make_safe();
   if (!safe) run_.event(EventKind::retry, safe.error().what);

@@ -26,6 +26,7 @@ class Finish {
   Task<RunResult> end(std::optional<InterruptRequest> stop);
 
  private:
+  Task<> prove_readings(bool stopped);
   Task<> stop_for(const std::optional<InterruptRequest>& stop);
   Task<> see_standstill();
   bool may_clear(bool frozen);
@@ -44,6 +45,7 @@ class Finish {
   const TakeOver& take_over_;
   RunSteps run_steps_;
   RunResult result_;
+  std::optional<Error> unproven_;  // readings of the steps are, and the protocol does not allow it
   // What the run's reason contains already.
   bool told_hands_off_ = false, told_not_run_ = false, told_standstill_ = false;
 };

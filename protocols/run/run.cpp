@@ -66,6 +66,8 @@ Sampler::Hooks Run::sampler_hooks() {
   hooks.event = [this](EventKind kind, std::string detail) {
     parts_.log.event(kind, std::move(detail));
   };
+  hooks.read_back = [this](const ReadBackEvent& e) { parts_.log.event(e); };
+  hooks.unproven = [this](const UnprovenEvent& e) { parts_.log.event(e); };
   hooks.lost = [this](Error e) { losses_.lose_meter(std::move(e)); };
   return hooks;
 }

@@ -32,7 +32,8 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
       distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
       motions(s, log, guard, pressing, view, truth, contact, drive),
       labels(v, s.probe_area_m2, s.gravity_m_s2),
-      sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)),
+      sampler(executor, s.clock, s.lcr, MeterState(s.lcr_settings, s.corrections),
+              std::move(sampled)),
       questions(executor, log),
       stops(v, log) {}
 

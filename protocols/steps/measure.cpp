@@ -33,11 +33,12 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
       "{} takes {:.0f} ms",
       readings, time_s, std::floor(time_s / static_cast<double>(readings) * 1e3),
       to_string(meter.aperture), each_s * 1e3);
-  rig.add_readings(readings);
+  rig.add_level(readings, time_s);
   return out;
 }
 
-// A level that is measured again gets a new number. The readings of the interrupted one stay, and
+// A level that is measured again gets a new number: after a loss, if the protocol wants that, and
+// whenever one of its readings turned out to be unproven. The readings of the first one stay, and
 // an event says that they do not count.
 void MeasureStep::Progress::begin_again(RunParts& run) {
   if (!level) return;
@@ -48,6 +49,7 @@ void MeasureStep::Progress::begin_again(RunParts& run) {
 }
 
 Task<Result<>> MeasureStep::execute(RunParts& run, Progress& progress) const {
+  if (progress.level && run.sampler.is_spoiled(progress.level->begin)) progress.begin_again(run);
   const auto readings = static_cast<std::int64_t>(std::llround(run.get(count)));
   if (!progress.level) {
     progress.level = run.labels.next(run.log.step_id(), readings, run.setup.clock.now());

@@ -42,9 +42,14 @@ LcrSettings SetLcrStep::change(LcrSettings settings, const Environment& env) con
 }
 
 StepPlan SetLcrStep::plan(PlannedRig& rig) const {
-  StepPlan out(0.5);  // s, because each setting is read back
-  rig.set_meter(*this);
+  // Each changed setting takes 0.15 s, and so does the trigger; the read-back of all takes little.
+  constexpr double kPace_s = 0.15;
   const LcrCapabilities& meter = rig.known().lcr;
+  const auto count = [](const auto&... key) { return (0 + ... + (key ? 1 : 0)); };
+  const int sent = count(frequency, level, bias, bias_off, average, aperture, function);
+  StepPlan out(to_seconds(meter.settling + meter.read_back) + kPace_s * (sent + 1));
+  out.note = fmt::format("settles for {:.3g} s", to_seconds(meter.settling));
+  rig.set_meter(*this);
   if (auto why = check_lcr(rig.meter(), meter)) {
     const double Hz = rig.meter().frequency.si();
     std::vector<Change> changes;

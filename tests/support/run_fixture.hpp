@@ -45,6 +45,8 @@ class RunFixture : public ::testing::Test {
       hooks.taken = [](const LcrReading&, const ReadingTag&) {};
       hooks.event = [](EventKind, const std::string&) {};
       hooks.lost = [](const Error&) {};
+      hooks.read_back = [](const ReadBackEvent&) {};
+      hooks.unproven = [](const UnprovenEvent&) {};
       parts_.emplace(io.get_executor(), setup(), values, [this] { ++looks; }, hooks);
     }
     return *parts_;

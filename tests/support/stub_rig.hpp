@@ -31,7 +31,10 @@ class StubMeter final : public LcrMeter {
     co_await clock_.wait_for(std::chrono::milliseconds(100));
     co_return LcrReading();
   }
-  Task<Result<LcrSettings>> reconnect() override { co_return LcrSettings(); }
+  Task<Result<ReadBack>> read_back(MeterState) override { co_return ReadBack(); }
+  Task<Result<Reconnected>> reconnect(MeterState wanted) override {
+    co_return Reconnected(wanted.settings, ReadBack());
+  }
   Task<Result<>> correct(CorrectionKind) override { co_return Result<>(); }
   Task<Result<>> resync() override { co_return Result<>(); }
   Task<Result<>> make_safe() override {

@@ -84,6 +84,31 @@ void print_places(std::ostream& out, const json& plan) {
   fmt::print(out, "\n");
 }
 
+// An older daemon does not send it.
+void print_read_backs(std::ostream& out, const json& plan) {
+  const json& r = plan.value("read_back", json());
+  if (!r.is_object()) return;
+  std::string when;
+  if (const json& s = r.at("recording_s"); s.is_number()) {
+    when = fmt::format("at least every {:.3g} s while it records", s.get<double>());
+  }
+  if (const json& s = r.at("level_s"); s.is_number()) {
+    when += fmt::format("{}at least every {:.3g} s in levels", when.empty() ? "" : ", ",
+                        s.get<double>());
+  }
+  if (!when.empty()) fmt::print(out, "read-backs    of the meter's settings {}\n", when);
+  const json& cost = r.at("cost_readings_per_s");
+  const auto of = [&cost](const char* aperture) { return cost.at(aperture).get<double>(); };
+  if (r.at("recording_s").is_number()) {
+    fmt::print(out,
+               "              {:.3g} s each: {:.2g} readings a second at FAST, {:.2g} at MED, "
+               "{:.2g} at SLOW\n",
+               r.at("takes_s").get<double>(), of("fast"), of("medium"), of("slow"));
+  }
+  fmt::print(out, "settling      no reading for {:.3g} s after a change of settings\n",
+             r.at("settling_s").get<double>());
+}
+
 void print_travel(std::ostream& out, const json& plan) {
   const json& travel = plan.at("travel_mm");
   fmt::print(out, "travel        {:.4g} to {:.4g} mm{}\n", travel.at(0).get<double>(),
@@ -120,6 +145,7 @@ void print_plan(std::ostream& out, const json& plan) {
     print_watch(out, plan);
     print_travel(out, plan);
   }
+  print_read_backs(out, plan);
   print_places(out, plan);
   fmt::print(out, "database      about {:.1f} MB\n", number("database_bytes") * 1e-6);
   const auto note = plan.at("aperture_note").get<std::string>();

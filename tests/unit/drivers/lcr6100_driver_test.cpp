@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "tests/support/meter_bench.hpp"
@@ -56,6 +58,15 @@ TEST(Lcr6100, ASilentMeterNamesTheFrontPanelChoice) {
   EXPECT_EQ(id.error().code, Errc::no_reply);
   EXPECT_NE(id.error().what.find("RS-232 or USB"), std::string::npos) << id.error().what;
   EXPECT_LT(bench.seconds(), 10);
+}
+
+TEST(Lcr6100, BytesThatAreNoAnswerAreNotCalledSilence) {
+  MeterBench bench;
+  bench.sim->faults().byte_noise = 1;
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_FALSE(id);
+  EXPECT_EQ(id.error().code, Errc::garbled);
+  EXPECT_NE(id.error().what.find("baud rate and parity"), std::string::npos) << id.error().what;
 }
 
 TEST(Lcr6100, AnotherInstrumentIsRefusedByName) {
@@ -263,19 +274,132 @@ TEST(Lcr6100, AStreamingMeterIsSilenced) {
   EXPECT_TRUE(bench.run(bench.meter->measure()));
 }
 
-TEST(Lcr6100, AMeterThatBecameSlowIsSetUpAgain) {
+TEST(Lcr6100, AMeterThatBecameSlowSaysSoUntilItIsSetUpAgain) {
   MeterBench bench;
   ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(bench.run(bench.meter->measure()));
   bench.sim->faults().slow_factor = 5;
-  int again = 0;
-  for (int i = 0; i < 60; ++i) {
-    const auto r = bench.run(bench.meter->measure());
-    ASSERT_TRUE(r);
-    again += r->flags & lcr_flag::kAfterSetUp ? 1 : 0;
-  }
-  EXPECT_EQ(again, 1);
+  std::vector<bool> slow;
+  for (int i = 0; i < 30; ++i) slow.push_back(bench.run(bench.meter->measure())->slow);
+  EXPECT_FALSE(slow.front());
+  EXPECT_TRUE(slow.back());
+  EXPECT_EQ(bench.sim->faults().slow_factor, 5) << "what its settings are is not known";
+  ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
   EXPECT_EQ(bench.sim->faults().slow_factor, 1);
+  for (int i = 0; i < 8; ++i) EXPECT_FALSE(bench.run(bench.meter->measure())->slow);
+}
+
+// The truth of each case is what the simulator was set to, by its back door.
+TEST(Lcr6100, AReadBackNamesEverySettingThatAHandAtThePanelChanged) {
+  const std::vector<std::tuple<PanelKey, std::string, std::string>> cases{
+      {PanelKey::function, "R-X", "function"}, {PanelKey::frequency, "100", "frequency_Hz"},
+      {PanelKey::level, "0.1", "level_V"},     {PanelKey::aperture, "SLOW", "aperture"},
+      {PanelKey::average, "8", "average"},     {PanelKey::range, "HOLD", "range"},
+      {PanelKey::bias, "1.5", "bias_V"},       {PanelKey::correction, "ON", "open_correction"}};
+  for (const auto& [key, to, differs] : cases) {
+    SCOPED_TRACE(differs);
+    MeterBench bench;
+    const LcrSettings settings = fast_polling();
+    ASSERT_TRUE(bench.run(bench.meter->configure(settings)));
+    auto on = bench.run(bench.meter->corrections());
+    ASSERT_TRUE(on);
+    const MeterState wanted(settings, *on);
+    EXPECT_TRUE(bench.run(bench.meter->read_back(wanted))->equal());
+    ASSERT_TRUE(bench.sim->turn(key, to));
+    const auto found = bench.run(bench.meter->read_back(wanted));
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->differs, std::vector<std::string>{differs});
+    ASSERT_TRUE(bench.run(bench.meter->restore(wanted)));
+    EXPECT_TRUE(bench.run(bench.meter->read_back(wanted))->equal()) << "it was sent again";
+    ASSERT_TRUE(bench.run(bench.meter->measure()));
+    EXPECT_EQ(bench.sim->measured_at()->frequency_Hz, 1000);
+  }
+}
+
+TEST(Lcr6100, AMeterThatRestartedBehindItsPortDiffers) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+  bench.sim->power_on();
+  const auto found = bench.run(bench.meter->read_back(fast_polling()));
+  ASSERT_TRUE(found);
+  EXPECT_GE(found->differs.size(), 5U);
+}
+
+// The simulator repeats the answer before: to a query that asks for another setting, or twice.
+TEST(Lcr6100, AReadBackIsNotFooledByAnOldLine) {
+  for (int at = 0; at < 12; ++at) {
+    SCOPED_TRACE(at);
+    MeterBench bench;
+    ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+    ASSERT_TRUE(bench.run(bench.meter->measure()));
+    for (int i = 0; i < at; ++i) bench.sim->faults().replies.emplace_back(Kind::none);
+    bench.sim->faults().replies.emplace_back(Kind::twice);
+    auto found = bench.run(bench.meter->read_back(fast_polling()));
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_TRUE(found->equal()) << found->differs.front();
+    bench.sim->faults().replies.clear();
+    ASSERT_TRUE(bench.sim->turn(PanelKey::frequency, "100"));
+    for (int i = 0; i < at; ++i) bench.sim->faults().replies.emplace_back(Kind::none);
+    bench.sim->faults().replies.emplace_back(Kind::twice);
+    found = bench.run(bench.meter->read_back(fast_polling()));
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->differs, std::vector<std::string>{"frequency_Hz"});
+  }
+  for (std::size_t i = 0; i + 1 < read_backs_for(fast_polling()).size(); ++i) {
+    const auto table = read_backs_for(fast_polling());
+    if (table[i].query == table[i + 1].query) continue;
+    EXPECT_FALSE(matches(table[i + 1], table[i].wanted)) << table[i].query << " too late by one";
+  }
+}
+
+TEST(Lcr6100, AFrequencyWithinAFewPartsPerMillionIsTheOneWanted) {
+  const auto table = settings_for(LcrSettings());
+  const auto frequency = std::ranges::find(table, SettingId::frequency, &Setting::id);
+  EXPECT_TRUE(matches(*frequency, "1.000002e+03"));
+  EXPECT_TRUE(matches(*frequency, "9.999970e+02"));
+  EXPECT_FALSE(matches(*frequency, "1.000020e+03"));
+}
+
+// A setting whose change takes effect 1 s after it was answered.
+TEST(Lcr6100, NoValueOfTheSettingsBeforeIsTakenWithinTheSettlingTime) {
+  for (const LcrTrigger trigger : {LcrTrigger::bus, LcrTrigger::internal}) {
+    for (const double delay_s : {0.3, 0.7, 1.0}) {
+      SCOPED_TRACE(delay_s);
+      MeterBench bench;
+      LcrSettings s = fast_polling();
+      s.trigger = trigger;
+      bench.sim->faults().late_settings_s = delay_s;
+      for (const double Hz : {1000.0, 100.0, 20e3}) {
+        s.frequency = Frequency::from_si(Hz);
+        ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+        for (int i = 0; i < 20; ++i) {
+          ASSERT_TRUE(bench.run(bench.meter->measure()));
+          ASSERT_TRUE(bench.sim->measured_at());
+          EXPECT_EQ(bench.sim->measured_at()->frequency_Hz, Hz) << "reading " << i;
+          EXPECT_EQ(bench.sim->measured_at()->aperture, 0U);
+        }
+      }
+    }
+  }
+}
+
+TEST(Lcr6100, ACapacitanceThatNoMeterCanShowIsFlagged) {
+  for (const double F : {0.0, -1.0, -5e-12}) {
+    const auto source = [F](MonoTime) {
+      Electrical e;
+      e.capacitance_F = F;
+      return e;
+    };
+    SimConfig config;
+    config.capacitance_noise_F = {};
+    MeterBench bench("", config, source);
+    ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+    const auto r = bench.run(bench.meter->measure());
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_TRUE(r->flags & lcr_flag::kOutOfRange) << F;
+  }
+  EXPECT_FALSE(is_out_of_range(LcrSettings(), 7e-12));
+  EXPECT_FALSE(is_out_of_range(LcrSettings(), -1e-13)) << "noise about an open fixture";
 }
 
 TEST(Lcr6100, CorrectionsEndWithPassOrWithTheMetersWord) {
