@@ -49,9 +49,9 @@ RunAnalysis analyse_stretches(const Stretches& in) {
   const auto hysteresis = calc_hysteresis(scene, cycles, holds);
   const SlopeBasis basis{scene, holds, baseline, levels, curve, highest, cycles, hysteresis};
   const auto sensitivity = calc_sensitivity(basis);
-  const RunFacts facts{data.run,      data.row.protocol_name, data.row.specimen_name,
-                       data.function, data.row.simulated,     data.listing.exit_status,
-                       options};
+  const RunFacts facts{data.run,         data.row.protocol_name, data.row.specimen_name,
+                       data.function,    data.row.simulated,     data.listing.exit_status,
+                       data.proof_known, data.unproven_readings, options};
   RunAnalysis out{facts,
                   measured.outliers,
                   baseline,

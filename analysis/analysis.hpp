@@ -313,6 +313,8 @@ struct RunFacts {
   std::string protocol, specimen, function;
   bool simulated = false;
   std::optional<ExitStatus> exit_status;
+  bool proof_known = false;  // as in RunData
+  std::int64_t unproven_readings = 0;
   AnalysisOptions options;
 };
 

@@ -266,6 +266,8 @@ json to_json(const RunAnalysis& a) {
           {"function", a.function},
           {"simulated", a.simulated},
           {"exit_status", a.exit_status ? json(to_string(*a.exit_status)) : json(nullptr)},
+          {"proof_known", a.proof_known},
+          {"unproven_readings", a.unproven_readings},
           {"C0_pF", value_of(a.c0)},
           {"C0_standard_error_pF", error_of(a.c0)},
           {"noise_fF", value_of(a.noise)},

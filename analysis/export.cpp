@@ -96,6 +96,21 @@ json clock_of(const ExportContext& c) {
   return pieces;
 }
 
+// Describes which readings were taken between two equal read-backs of the meter's settings. `null`
+// as an end: everything before or after.
+json proof_of(const ExportContext& c) {
+  const auto seconds = [&c](std::int64_t mono_ns) {
+    if (mono_ns == INT64_MIN || mono_ns == INT64_MAX) return json(nullptr);
+    return json(static_cast<double>(mono_ns - c.start_ns) * 1e-9);
+  };
+  json spans = json::array();
+  for (const AskedSpan& span : c.proof.unproven()) {
+    spans.push_back(
+        {{"asked_from_s", seconds(span.from_mono_ns)}, {"asked_to_s", seconds(span.to_mono_ns)}});
+  }
+  return {{"known", c.proof.is_known()}, {"unproven", std::move(spans)}};
+}
+
 json chain_of(const ChainReport& chain) {
   const auto anchor = anchor_of(chain);
   return {{"intact", chain.intact},
@@ -121,6 +136,7 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"frame_limits", json_or_text(r.frame_limits_json)},
             {"correction", json_or_text(r.correction_json)},
             {"frame_clock", clock_of(c)},
+            {"proof", proof_of(c)},
             {"bench", r.bench_name},
             {"software_version", r.software_version},
             {"operator", r.operator_name},

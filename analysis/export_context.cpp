@@ -121,6 +121,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.hold_force = parse_capabilities(c.run.frame_capabilities_json).weights;
   add_settings(c, INT64_MIN, c.run.lcr_settings_json);
   if (auto r = keep(DeviceClock::fit(db, run), c.clock); !r) return fail(r.error());
+  if (auto r = keep(Proof::load(db, run), c.proof); !r) return fail(r.error());
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_events(db, c); !r) return fail(r.error());
   if (auto r = load_digit_ends(db, c); !r) return fail(r.error());

@@ -11,6 +11,7 @@
 #include "analysis/align.hpp"
 #include "analysis/csv.hpp"
 #include "analysis/export.hpp"
+#include "storage/proof.hpp"
 #include "storage/runs.hpp"
 
 namespace lcrig {
@@ -39,6 +40,7 @@ struct ExportContext {
   bool hold_force = false;  // dead weights: a sample is valid until the next one
   DigitEnds ends;
   DeviceClock clock;
+  Proof proof;  // of the readings
   WindowBefore before;  // how long before its request a reading began
   std::vector<Since> contacts;  // travel, m
   std::vector<Since> frequencies;  // Hz

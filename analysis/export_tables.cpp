@@ -32,6 +32,11 @@ constexpr Column kOldLevel{"level", "integer", "", "the same as level_in_run; wi
 constexpr Column kOldIndex{"index", "integer", "", "the same as level_in_repeat; will be left out"};
 constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
 constexpr Column kFlags{"flags", "string", "", "words, separated by spaces"};
+constexpr Column kReadingFlags{
+    "flags", "string", "",
+    "words, separated by spaces; unproven: not taken between two equal read-backs of the meter's "
+    "settings (lcrig.proof has these spans), and it does not count"};
+constexpr std::string_view kUnproven = "unproven";  // a word without a stored bit
 
 // Looks up the value that is valid at an instant. The instants must not decrease.
 class Follow {
@@ -48,16 +53,32 @@ class Follow {
   std::size_t next_ = 0;
 };
 
-void append_flags(CsvWriter& out, std::string& scratch, std::int64_t flags,
-                  std::span<const std::string_view> words) {
-  scratch.clear();
+void join(std::int64_t flags, std::span<const std::string_view> words, std::string& out) {
+  out.clear();
   for (std::size_t i = 0; i < words.size(); ++i) {
     if ((flags >> i & 1) == 0) continue;
-    if (!scratch.empty()) scratch += ' ';
-    scratch += words[i];
+    if (!out.empty()) out += ' ';
+    out += words[i];
   }
-  out.word(scratch);
 }
+
+// The flags of a reading, with the word for one that is not proven.
+class ReadingFlags {
+ public:
+  explicit ReadingFlags(const ExportContext& c) : walk_(c.proof) {}
+  void append(CsvWriter& out, std::int64_t flags, std::int64_t asked_mono_ns) {
+    join(flags, kLcrFlagWords, words_);
+    if (!walk_.is_proven(asked_mono_ns)) {
+      if (!words_.empty()) words_ += ' ';
+      words_ += kUnproven;
+    }
+    out.word(words_);
+  }
+
+ private:
+  ProofWalk walk_;
+  std::string words_;
+};
 
 void append_gap(CsvWriter& out, const ExportContext& c, std::optional<double> travel_m,
                 std::optional<double> contact_m) {
@@ -95,7 +116,7 @@ Result<> write_readings(const Database& db, const ExportContext& c, Piece piece,
       " AND seq BETWEEN ? AND ? ORDER BY seq",
       c.value_sql);
   Follow frequency(c.frequencies);
-  std::string scratch;
+  ReadingFlags flags(c);
   return for_each_row(
       db, c, sql, out,
       [&](const Statement& row) -> Result<> {
@@ -106,7 +127,7 @@ Result<> write_readings(const Database& db, const ExportContext& c, Piece piece,
         out.integer(row.optional_integer(6));
         out.integer(row.optional_integer(7));
         out.word(row.integer(8) != 0 ? "true" : "false");
-        append_flags(out, scratch, row.integer(9), kLcrFlagWords);
+        flags.append(out, row.integer(9), row.integer(2));
         out.word(row.text(10));
         out.number(frequency.at(row.integer(2)));
         append_values(out, c, row, 12);
@@ -137,7 +158,8 @@ Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, Cs
         out.number(travel, 3);
         append_gap(out, c, travel, contact.at(row.integer(1)));
         append_pressure(out, c, force);
-        append_flags(out, scratch, row.integer(5), kFrameFlagWords);
+        join(row.integer(5), kFrameFlagWords, scratch);
+        out.word(scratch);
         return {};
       },
       piece.first_seq, piece.last_seq);
@@ -236,12 +258,12 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
       " FROM lcr_reading WHERE run_id = ? AND fresh = 1 ORDER BY seq",
       c.value_sql);
   Follow contact(c.contacts);
-  std::string scratch;
+  ReadingFlags flags(c);
   return for_each_reading(db, c, sql, out, [&](const Statement& row, const Aligned& a) {
     out.integer(row.integer(4));
     out.integer(row.optional_integer(5));
     out.integer(row.optional_integer(6));
-    append_flags(out, scratch, row.integer(7), kLcrFlagWords);
+    flags.append(out, row.integer(7), row.integer(1));
     append_values(out, c, row, 8);
     out.rounded(a.state.force_N, c.ends.force_N);
     out.rounded(a.state.travel_m, c.ends.travel_m, 3);
@@ -270,14 +292,14 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       " WHERE e.run_id = r.run_id AND e.kind = ?"
       " AND json_extract(e.detail, '$.level') = r.level) ORDER BY r.seq",
       c.value_sql);
-  std::string scratch;
+  ReadingFlags flags(c);
   const auto write = [&](const Statement& row, const Aligned& a) {
     for (int i = 4; i <= 7; ++i) out.integer(row.integer(i));
     append_targets(out, row.optional_real(8), row.optional_real(9));
     out.rounded(a.state.force_N, c.ends.force_N);
     append_pressure(out, c, a.state.force_N);
     append_values(out, c, row, 11);
-    append_flags(out, scratch, row.integer(10), kLcrFlagWords);
+    flags.append(out, row.integer(10), row.integer(1));
     for (int i = 5; i <= 6; ++i) out.integer(row.integer(i));
   };
   return for_each_reading(db, c, sql, out, write, EventKind::level_abandoned);
@@ -295,7 +317,7 @@ void add_reading_columns(std::vector<Column>& out, const ExportContext& c) {
             kLevel,
             kReading,
             {"fresh", "boolean", "", "false: the meter repeated its last value"},
-            kFlags,
+            kReadingFlags,
             {"function", "string", "", "impedance function of the meter"},
             {"frequency_Hz", "number", "Hz", "test frequency"}});
   add(out, c.value_columns);
@@ -346,7 +368,7 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
                 kForce,
                 kPressure});
       add(out, c.value_columns);
-      add(out, {kFlags, kOldLevel, kOldIndex});
+      add(out, {kReadingFlags, kOldLevel, kOldIndex});
       break;
     case Layout::events:
       add(out, {{"kind", "string", "", "what happened"},
@@ -354,7 +376,7 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
                 {"detail", "string", "", "text, or JSON for kinds that carry numbers"}});
       break;
     case Layout::aligned:
-      add(out, {kStep, kRepeat, kLevel, kReading, kFlags});
+      add(out, {kStep, kRepeat, kLevel, kReading, kReadingFlags});
       add(out, c.value_columns);
       add(out, {kForce,
                 kTravel,

@@ -16,7 +16,9 @@ using Notes = std::vector<std::string>;
 
 void add_origin(const RunData& data, Notes& notes) {
   if (data.replayed) {
-    notes.emplace_back("a recording was played back through simulated instruments");
+    const std::string& played = data.row.bench_text;  // empty in runs of older versions
+    notes.push_back("a recording was played back through simulated instruments" +
+                    (played.empty() ? played : ": " + played));
   } else if (data.row.simulated) {
     notes.emplace_back("simulated: nothing was measured");
   }
@@ -32,6 +34,19 @@ void add_origin(const RunData& data, Notes& notes) {
   if (l.exit_status != ExitStatus::success) {
     notes.push_back(fmt::format("the run ended with {}{}{}", to_string(l.exit_status, "?"),
                                 l.reason.empty() ? "" : ": ", l.reason));
+  }
+}
+
+void add_proof(const RunData& data, Notes& notes) {
+  if (!data.proof_known) {
+    notes.emplace_back(
+        "the meter's settings were not read back after the run had begun (an older lcrig recorded "
+        "it): whether each reading was taken under them is not known");
+  } else if (data.unproven_readings > 0) {
+    notes.push_back(fmt::format(
+        "{} readings are not proven (no two equal read-backs of the meter's settings enclose "
+        "them): left out",
+        data.unproven_readings));
   }
 }
 
@@ -78,10 +93,11 @@ void add_settings(const RunView& view, Notes& notes) {
         "{} are used ({} settings in all)",
         s.frequency_Hz, s.level_V, to_string(s.aperture), s.average, view.different_settings));
   }
-  add_count(view.flagged,
-            "{} readings are flagged (a value beside an overload, or the first after a "
-            "resynchronisation): left out",
-            notes);
+  add_count(
+      view.flagged,
+      "{} readings are flagged (a value beside an overload, a value out of the meter's range, "
+      "or the first after a resynchronisation): left out",
+      notes);
   if (view.flagged == std::ssize(view.data.readings)) {
     notes.emplace_back("of the readings none is left: nothing can be said of the specimen");
   }
@@ -181,6 +197,7 @@ Notes calc_notes(const Scene& scene, const MeasuredLevels& measured, const HoldR
   const RunData& data = scene.data;
   Notes notes;
   add_origin(data, notes);
+  add_proof(data, notes);
   add_readings(data, notes);
   add_settings(scene, notes);
   add_corrections(data, notes);

@@ -8,6 +8,7 @@
 #include "analysis/pieces.hpp"
 #include "base/meter_words.hpp"
 #include "storage/frame_capabilities.hpp"
+#include "storage/proof.hpp"
 
 namespace lcrig {
 
@@ -174,12 +175,16 @@ class Loader {
     if (!clock) return fail(clock.error());
     auto track = FrameTrack::open(db_, out_.run, out_.dead_weights, std::move(*clock));
     if (!track) return fail(track.error());
+    auto proof = Proof::load(db_, out_.run);
+    if (!proof) return fail(proof.error());
+    out_.proof_known = proof->is_known();
+    ProofWalk walk(*proof);
     Thinner thinner(out_, start_ns_);
     track->set_listener([&thinner](const FrameTrack::Sample& s) { thinner.take(s); });
     auto taken = db_.each(
         "SELECT asked_mono_ns, first_byte_mono_ns, fresh, capacitance_F, step_id, repeat, level,"
         " reading_index, flags, function FROM lcr_reading WHERE run_id = ? ORDER BY seq",
-        [&](const Statement& row) { return take(row, *track); }, out_.run);
+        [&](const Statement& row) { return take(row, walk, *track); }, out_.run);
     if (!taken) return taken;
     if (auto r = track->drain(); !r) return r;
     thinner.end_stretch();
@@ -187,13 +192,17 @@ class Loader {
     return check_readings();
   }
 
-  Result<> take(const Statement& row, FrameTrack& track) {
+  Result<> take(const Statement& row, ProofWalk& walk, FrameTrack& track) {
     if (row.integer(2) == 0) {
       ++out_.repeated_readings;
       return {};
     }
-    ++out_.fresh_readings;
     const std::int64_t asked = row.integer(0);
+    if (!walk.is_proven(asked)) {
+      ++out_.unproven_readings;
+      return {};
+    }
+    ++out_.fresh_readings;
     const LevelRow* const of_level = live_level(row.optional_integer(6).value_or(0));
     const std::int64_t index = of_level == nullptr ? 0 : row.optional_integer(7).value_or(0);
     const auto capacitance = row.optional_real(3);
@@ -255,6 +264,12 @@ class Loader {
   Result<> check_readings() const {
     if (!out_.readings.empty()) return {};
     const RunListing& l = out_.listing;
+    if (out_.unproven_readings > 0 && out_.fresh_readings == 0) {
+      return fail(Errc::invalid_request,
+                  "none of the {} readings of run {} is proven: the meter's settings were not read "
+                  "back as they were set; `lcrig export` writes them with the flag `unproven`",
+                  out_.unproven_readings, out_.run);
+    }
     if (out_.other_function > 0) {
       return fail(Errc::invalid_request,
                   "run {} measured no capacitance (its function is another): there is nothing to "

@@ -85,7 +85,9 @@ struct RunData {
   };
   std::vector<Settings> settings;
 
-  std::vector<RunReading> readings;  // by time
+  std::vector<RunReading> readings;  // by time; proven ones only, where the proof is known
+  bool proof_known = false;  // false: an older lcrig recorded the run and read no settings back
+  std::int64_t unproven_readings = 0;  // fresh ones, not used (storage/proof.hpp)
   std::int64_t fresh_readings = 0;  // including those without a capacitance
   std::int64_t repeated_readings = 0;  // the meter repeated its last value
   std::int64_t overloads = 0;  // fresh readings without a capacitance
@@ -111,8 +113,8 @@ struct LoadOptions {
 };
 
 // Reads one run and changes nothing. Errors: no such run; the run is still going on; no readings;
-// only readings of functions that do not measure a capacitance. A run without a frame or one that
-// was aborted is loaded; the missing data are absent.
+// only readings of functions that do not measure a capacitance; no proven reading. A run without a
+// frame or one that was aborted is loaded; the missing data are absent.
 Result<RunData> load_run_data(const Database& db, std::int64_t run,
                               const LoadOptions& options = {});
 

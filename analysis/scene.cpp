@@ -27,8 +27,10 @@ constexpr double kAlmost = 1 + 1e-9;  // keeps 3 that is rounded to 2.999... at 
 // Share of the peak force below which nothing touches. With 2 % the capacitance at rest would
 // include readings of a touched specimen.
 constexpr double kUnloaded = 0.002;
-// Flags of readings that are not trusted: beside an overload, or the first after the link was lost.
-constexpr std::uint32_t kNotTrusted = lcr_flag::kPrimaryOverload | lcr_flag::kAfterResync;
+// Flags of readings that are not trusted: beside an overload, the first after the link was lost, or
+// a value that the meter cannot have measured.
+constexpr std::uint32_t kNotTrusted =
+    lcr_flag::kPrimaryOverload | lcr_flag::kAfterResync | lcr_flag::kOutOfRange;
 
 auto key(const MeterSetting& s) {
   return std::tuple(s.frequency_Hz, s.level_V, s.aperture, s.average);

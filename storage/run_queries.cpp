@@ -3,6 +3,7 @@
 
 #include "storage/copied_from.hpp"
 #include "storage/database.hpp"
+#include "storage/proof.hpp"
 #include "storage/tags.hpp"
 #include "storage/writer_lock.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 constexpr std::string_view kListing =
     "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, coalesce(lcr_reading_seq, 0),"
-    " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}"
+    " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}, {}"
     " FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
     " LEFT JOIN chain ON chain.run_id = run.id AND chain.run_end = 1 AND chain.seq ="
     " (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id AND c.run_end = 1)";
@@ -24,15 +25,28 @@ constexpr std::string_view kListing =
 Result<std::string> listing_sql(const Database& db) {
   auto named = has_uuids(db);
   if (!named) return fail(named.error());
-  return fmt::format(kListing, *named ? "uuid" : "''");
+  auto unproven = may_be_unproven_sql(db);
+  if (!unproven) return fail(unproven.error());
+  return fmt::format(kListing, *named ? "uuid" : "''", *unproven);
 }
 
-Result<RunListing> read_listing(const Statement& s) {
+struct ReadListing {
+  const Database& db;
+  Result<RunListing> operator()(const Statement& s) const;
+};
+
+Result<RunListing> ReadListing::operator()(const Statement& s) const {
   RunListing out;
+  bool may_be_unproven = false;
   std::optional<std::string> end;
   s.read(out.run, out.protocol_name, out.specimen_name, out.operator_name, out.simulated,
          out.started_unix_ns, end, out.reason, out.ended_unix_ns, out.lcr_readings,
-         out.frame_samples, out.levels, out.events, out.uuid);
+         out.frame_samples, out.levels, out.events, out.uuid, may_be_unproven);
+  if (may_be_unproven) {
+    auto counted = keep(count_unproven(db, out.run), out.unproven_readings);
+    if (!counted) return fail(counted.error());
+    out.lcr_readings -= out.unproven_readings;
+  }
   if (end) out.exit_status = parse_word<ExitStatus>(*end);
   if (!end || out.exit_status) return out;
   return fail(Errc::garbled, "run {}: ended with an unknown word, `{}`", out.run, *end);
@@ -56,7 +70,7 @@ Result<> complete_open_run(const Database& db, RunListing& listing) {
   if (!listing.goes_on) {
     auto sql = listing_sql(db);
     if (!sql) return fail(sql.error());
-    auto again = db.first(*sql + " WHERE run.id = ?", read_listing, listing.run);
+    auto again = db.first(*sql + " WHERE run.id = ?", ReadListing{db}, listing.run);
     if (!again) return fail(again.error());
     if (!*again) return {};
     if (!**again) return fail((*again)->error());
@@ -106,7 +120,7 @@ Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& f
                   " AND (?3 = '' OR run.operator = ?3) AND (?4 = '' OR exit_status = ?4)"
                   " AND (?5 IS NULL OR started_unix_ns >= ?5) AND " +
                   tagged + " ORDER BY run.id DESC",
-              read_listing, filter.specimen, filter.protocol, filter.operator_name, end,
+              ReadListing{db}, filter.specimen, filter.protocol, filter.operator_name, end,
               filter.since_unix_ns, filter.tag);
   if (!all) return fail(all.error());
   std::vector<RunListing> out;
@@ -124,7 +138,7 @@ Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& f
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
   auto sql = listing_sql(db);
   if (!sql) return fail(sql.error());
-  auto found = db.first(*sql + " WHERE run.id = ?", read_listing, run);
+  auto found = db.first(*sql + " WHERE run.id = ?", ReadListing{db}, run);
   if (!found) return fail(found.error());
   if (!*found) return fail(no_such_run(db, run));
   Result<RunListing> listing = std::move(**found);

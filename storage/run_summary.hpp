@@ -12,8 +12,10 @@
 namespace lcrig {
 
 struct RunSummary {
+  // Proven readings (storage/proof.hpp); all of them where the proof is unknown.
   std::int64_t lcr_readings = 0;  // fresh ones only
   std::int64_t measure_readings = 0;  // taken by `measure` steps
+  std::int64_t unproven_readings = 0;  // the other fresh ones
   std::int64_t frame_samples = 0;
   std::optional<double> duration_s;
   // Mean of the readings before contact, or before the first weight; absent without such an event.

@@ -65,7 +65,8 @@ struct RunNote {
   std::int64_t added_unix_ns = 0;
 };
 
-// One line of `lcrig runs`. Its counts are those of the last commit.
+// One line of `lcrig runs`. Its counts are those of the last commit. `lcr_readings` has the proven
+// readings (storage/proof.hpp), `unproven_readings` the others.
 struct RunListing {
   std::int64_t run = 0;
   std::string uuid;  // empty: the schema is older
@@ -78,6 +79,7 @@ struct RunListing {
   std::string reason;
   std::optional<std::int64_t> ended_unix_ns;
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
+  std::int64_t unproven_readings = 0;
 };
 
 // Selects the runs that meet all given conditions.

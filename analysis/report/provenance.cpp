@@ -25,6 +25,10 @@ bool is_ordinary(const EventRow& event) {
     case EventKind::settings:
     case EventKind::answer:  // answers have a table of their own
     case EventKind::state: return true;
+    case EventKind::read_back: {
+      const auto back = from_json<ReadBackEvent>(event.detail);
+      return back && back->equal;
+    }
     case EventKind::step_end: return !from_json<StepEndEvent>(event.detail)->stopped_by;
     default: return false;
   }
@@ -159,10 +163,20 @@ std::string event_table(const ReportRun& run) {
   if (listed > 0) out += table.html();
   if (all > listed) out += paragraph(fmt::format("The first {} of {}.", listed, all), "small");
   const auto ordinary = d.events.size() - all;
-  return out + paragraph(fmt::format("{} events of the ordinary course (steps, motions, zeros, "
-                                     "settings) are left out; `lcrig export` has them.",
-                                     ordinary),
-                         "small");
+  return out +
+         paragraph(
+             fmt::format("{} events of the ordinary course (steps, motions, zeros, "
+                         "settings and their read-backs) are left out; `lcrig export` has them.",
+                         ordinary),
+             "small");
+}
+
+std::string proof_text(const RunData& d) {
+  if (!d.proof_known) {
+    return "not known: an older lcrig recorded the run and did not read the settings back";
+  }
+  return fmt::format("{} of {}: taken between two equal read-backs of the settings",
+                     d.fresh_readings, d.fresh_readings + d.unproven_readings);
 }
 
 std::string provenance_table(const ReportRun& run) {
@@ -189,6 +203,7 @@ std::string provenance_table(const ReportRun& run) {
   table.row({"note", or_dash(row.note)});
   table.row({"LCR meter", or_dash(row.lcr_identity)});
   table.row({"settings as read back", flat_json(row.lcr_settings_json)});
+  table.row({"readings that are proven", proof_text(run.data)});
   table.row({"open and short correction", correction_text(row)});
   table.row({"load frame", or_dash(row.frame_identity)});
   table.row({"frame limits", flat_json(row.frame_limits_json)});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "model/fit.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/frame_capabilities.hpp"
+#include "storage/proof.hpp"
 #include "storage/run_summary.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/command_output.hpp"
@@ -34,24 +36,48 @@ struct LevelMean {
   double force_N = 0, capacitance_F = 0;
 };
 
-// Means over the counted readings of each `measure` level, and the mean force during them (or the
-// target, where the frame does not report a force).
-Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run) {
-  std::vector<LevelMean> means;
-  const auto take = [&means](const Statement& row) {
-    const auto force = row.optional_real(1);
-    if (force && *force > 0) means.push_back({*force, row.real(0)});
+// The counted and proven readings of a `measure` level.
+struct LevelSum {
+  std::int64_t begin_ns = 0, end_ns = 0, count = 0;
+  double capacitance_F = 0;
+};
+
+Result<std::map<std::int64_t, LevelSum>> level_sums(const Database& db, std::int64_t run) {
+  auto proof = Proof::load(db, run);
+  if (!proof) return fail(proof.error());
+  ProofWalk walk(*proof);
+  std::map<std::int64_t, LevelSum> out;
+  const auto take = [&](const Statement& row) {
+    if (!walk.is_proven(row.integer(1))) return;
+    LevelSum& sum = out[row.integer(0)];
+    if (sum.count++ == 0) sum.begin_ns = row.integer(1);
+    sum.end_ns = row.integer(2);
+    sum.capacitance_F += row.real(3);
   };
   auto all = db.each(
-      "SELECT g.c, coalesce((SELECT avg(f.force_N) FROM frame_sample AS f WHERE f.run_id = ?1"
-      " AND f.received_mono_ns BETWEEN g.begin_ns AND g.end_ns), g.target)"
-      " FROM (SELECT avg(r.capacitance_F) AS c, min(r.asked_mono_ns) AS begin_ns,"
-      " max(r.last_byte_mono_ns) AS end_ns, max(l.target_force_N) AS target"
-      " FROM lcr_reading AS r JOIN level AS l ON l.run_id = r.run_id AND l.level = r.level"
-      " WHERE r.run_id = ?1 AND r.reading_index IS NOT NULL AND r.capacitance_F IS NOT NULL"
-      " GROUP BY r.level ORDER BY r.level) AS g",
+      "SELECT level, asked_mono_ns, last_byte_mono_ns, capacitance_F FROM lcr_reading WHERE"
+      " run_id = ? AND reading_index IS NOT NULL AND capacitance_F IS NOT NULL ORDER BY seq",
       take, run);
-  if (!all) return Failure(all.error());
+  if (!all) return fail(all.error());
+  return out;
+}
+
+// Means over these readings, and the mean force during them (or the target, where the frame does
+// not report a force).
+Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run) {
+  auto sums = level_sums(db, run);
+  if (!sums) return Failure(sums.error());
+  std::vector<LevelMean> means;
+  for (const auto& [level, sum] : *sums) {
+    auto force_N = db.first<double>(
+        "SELECT coalesce((SELECT avg(force_N) FROM frame_sample WHERE run_id = ?1 AND"
+        " received_mono_ns BETWEEN ?2 AND ?3), (SELECT target_force_N FROM level WHERE"
+        " run_id = ?1 AND level = ?4))",
+        run, sum.begin_ns, sum.end_ns, level);
+    if (!force_N) return Failure(force_N.error());
+    if (!*force_N || !(**force_N > 0)) continue;
+    means.push_back({**force_N, sum.capacitance_F / static_cast<double>(sum.count)});
+  }
   return means;
 }
 

@@ -36,6 +36,7 @@ json listing_json(const RunListing& r) {
 
 std::string remarks(const RunListing& r) {
   std::string out = r.simulated ? "  simulated" : "";
+  if (r.unproven_readings > 0) out += fmt::format("  {} not proven", r.unproven_readings);
   for (const auto& tag : r.tags) out += "  #" + printable(tag);
   return out;
 }

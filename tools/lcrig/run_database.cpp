@@ -115,9 +115,10 @@ std::string run_listing_line(const RunListing& r) {
                  r.lcr_readings, r.levels, in_quotes(r.operator_name));
   fmt::format_to(add, R"("protocol":{},"reason":{},"run":{},"simulated":{},)",
                  in_quotes(r.protocol_name), in_quotes(r.reason), r.run, r.simulated);
-  fmt::format_to(add, R"("specimen":{},"started":{},"tags":[{}],"uuid":{}}})",
-                 in_quotes(r.specimen_name), in_quotes(format_utc(r.started_unix_ns)),
-                 joined_tags(r.tags), r.uuid.empty() ? "null" : in_quotes(r.uuid));
+  fmt::format_to(
+      add, R"("specimen":{},"started":{},"tags":[{}],"unproven_readings":{},"uuid":{}}})",
+      in_quotes(r.specimen_name), in_quotes(format_utc(r.started_unix_ns)), joined_tags(r.tags),
+      r.unproven_readings, r.uuid.empty() ? "null" : in_quotes(r.uuid));
   return out;
 }
 

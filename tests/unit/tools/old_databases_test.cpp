@@ -19,9 +19,12 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+// What the program printed that recorded the run.
 struct OldFile {
   int schema;
-  const char* anchor;  // of its run, as the program printed it that recorded the run
+  const char* anchor;
+  int readings, samples, events;
+  double dynamic_range_percent, peak_N;  // of the second loading
 };
 void PrintTo(const OldFile& file, std::ostream* out) {
   *out << "schema " << file.schema;
@@ -57,15 +60,24 @@ class OldDatabase : public ::testing::TestWithParam<OldFile> {
     EXPECT_EQ(verified["anchor"], GetParam().anchor);
     const json shown = answer({"runs", "show", "1"});
     EXPECT_EQ(shown["exit_status"], "success");
-    EXPECT_EQ(shown["lcr_readings"], 420);
-    EXPECT_EQ(shown["frame_samples"], 279);
-    EXPECT_EQ(shown["events"], 53);
+    EXPECT_EQ(shown["lcr_readings"], GetParam().readings);
+    EXPECT_EQ(shown["unproven_readings"], 0) << "nothing was read back then: all of them count";
+    EXPECT_EQ(shown["frame_samples"], GetParam().samples);
+    EXPECT_EQ(shown["events"], GetParam().events);
     // Within their standard errors, because a later program may estimate better.
     const json results = answer({"analyze", "1"});
     EXPECT_NEAR(results["C0_pF"].get<double>(), 3.649, 0.019);
-    EXPECT_NEAR(results["dynamic_range_percent"].get<double>(), 11.04, 0.49);
+    EXPECT_NEAR(results["dynamic_range_percent"].get<double>(), GetParam().dynamic_range_percent,
+                0.49);
     ASSERT_EQ(results["cycles"].size(), 2U);
-    EXPECT_NEAR(results["cycles"][1]["peak_force_N"].get<double>(), 0.8018, 1e-3);
+    EXPECT_NEAR(results["cycles"][1]["peak_force_N"].get<double>(), GetParam().peak_N, 1e-3);
+    EXPECT_EQ(results["proof_known"], false);
+    EXPECT_EQ(results["unproven_readings"], 0);
+    int told = 0;
+    for (const json& note : results["notes"]) {
+      told += note.get<std::string>().find("read back") != std::string::npos ? 1 : 0;
+    }
+    EXPECT_EQ(told, 1) << results["notes"];
     const std::string folder = cli.dir.file("out-of-" + fs::path(path).filename().string());
     answer({"export", "1", "-o", folder});
     EXPECT_EQ(content_of(folder + "/events.csv"), content_of(stored(".events.csv")));
@@ -94,8 +106,12 @@ TEST_P(OldDatabase, KeepsItsRunWhenItIsBroughtUpToDate) {
 INSTANTIATE_TEST_SUITE_P(
     All, OldDatabase,
     ::testing::Values(
-        OldFile{8, "58:eefaab17eb47ac00afa97e4bd7ffcdbbd61d7d98427f14d2a1a56f84453b5675"},
-        OldFile{9, "58:da14f727425dc00e7878161b85c346ea6faf7a24370a12d85b6437087028e1bd"}),
+        OldFile{8, "58:eefaab17eb47ac00afa97e4bd7ffcdbbd61d7d98427f14d2a1a56f84453b5675", 420, 279,
+                53, 11.04, 0.8018},
+        OldFile{9, "58:da14f727425dc00e7878161b85c346ea6faf7a24370a12d85b6437087028e1bd", 420, 279,
+                53, 11.04, 0.8018},
+        OldFile{10, "60:0600cace231fe8826e561d9ecd58e39a7dbe68acb16f5b47469eade569a7074d", 435, 288,
+                53, 9.19, 0.8016}),
     [](const auto& test) { return "Schema" + std::to_string(test.param.schema); });
 
 }  // namespace

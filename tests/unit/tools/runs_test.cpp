@@ -413,6 +413,7 @@ TEST(RunListingLine, IsWhatAJsonValueWouldPrint) {
   run.reason = "force 3 N\x1b[2J";
   run.tags = {"good", "t\"2"};
   run.lcr_readings = 42;
+  run.unproven_readings = 26;
   run.events = 7;
   for (const bool ended : {false, true}) {
     if (ended) {
@@ -433,7 +434,8 @@ TEST(RunListingLine, IsWhatAJsonValueWouldPrint) {
     EXPECT_EQ(parsed["exit_status"], ended ? json("success") : json(nullptr));
     EXPECT_EQ(parsed["uuid"].is_null(), !ended);
     EXPECT_EQ(parsed["ended"], ended ? json("2026-01-31T10:00:00Z") : json(nullptr));
-    EXPECT_EQ(parsed.size(), 16U);
+    EXPECT_EQ(parsed["unproven_readings"], 26);
+    EXPECT_EQ(parsed.size(), 17U);
   }
 }
 
