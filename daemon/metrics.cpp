@@ -84,7 +84,7 @@ void add_run(Page& page, const DaemonStatus& status) {
     page.family("lcrig_run_number", "gauge", "The run that goes on.")
         .value(static_cast<double>(run.run));
     page.family("lcrig_run_lcr_readings_total", "counter", "Stored readings of this run.")
-        .value(static_cast<double>(run.lcr_readings));
+        .value(static_cast<double>(run.lcr_readings + run.unproven_readings));
     page.family("lcrig_run_frame_samples_total", "counter", "Stored samples of this run.")
         .value(static_cast<double>(run.frame_samples));
   }

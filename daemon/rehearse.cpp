@@ -102,6 +102,7 @@ class RunRehearsal final : public Rehearsal {
     if (!summary) return fail(summary.error());
     out.lcr_readings = summary->lcr_readings;
     out.measure_readings = summary->measure_readings;
+    out.unproven_readings = summary->unproven_readings;
     out.frame_samples = summary->frame_samples;
     out.duration_s = summary->duration_s.value_or(0);
     out.peak_force_N = summary->peak_force_N;

@@ -27,7 +27,8 @@ struct RunOutcome {
   std::string reason;
   bool stands = true;  // the frame confirmed standstill, or was never asked to move
   bool simulated = false;  // a simulator or a recording stood for at least one instrument
-  std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
+  std::int64_t lcr_readings = 0, measure_readings = 0, unproven_readings = 0;  // as in RunRecord
+  std::int64_t frame_samples = 0;
   double duration_s = 0;  // by the clock of the rig
   double wall_s = 0;  // by the clock of this computer
   std::string anchor;  // of the run's hash chain (storage/anchor.hpp); empty: the end was not

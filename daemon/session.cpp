@@ -152,10 +152,10 @@ bool Session::simulated() const {
 // Updates what is shown from stored rows only.
 void Session::acknowledge(const Committed& c) {
   RunRecord& s = acknowledged_;
-  s.lcr_readings += static_cast<std::int64_t>(c.readings);
-  s.measure_readings += static_cast<std::int64_t>(c.measure_readings);
+  counts_.add(c);
+  take_counts();
   s.frame_samples += static_cast<std::int64_t>(c.samples);
-  if (known_ != nullptr && c.readings > 0) known_->heard(Instrument::lcr);
+  if (known_ != nullptr && !c.readings.empty()) known_->heard(Instrument::lcr);
   if (known_ != nullptr && c.samples > 0) known_->heard(Instrument::frame);
   if (c.last_reading) {
     s.capacitance_F = c.last_reading->primary;
@@ -168,12 +168,13 @@ void Session::acknowledge(const Committed& c) {
     s.pressure_Pa.reset();
     if (s.force_N && area_m2) s.pressure_Pa = *s.force_N / *area_m2;
   }
-  // The readings of an abandoned level do not count.
-  for (const RunEvent& event : c.events) {
-    const auto* const lost = event.as<LevelAbandonedEvent>();
-    if (lost != nullptr) s.measure_readings -= lost->readings.value_or(0);
-  }
   if (listener_.events) listener_.events(c.events);
+}
+
+void Session::take_counts() {
+  acknowledged_.lcr_readings = counts_.readings();
+  acknowledged_.measure_readings = counts_.of_levels();
+  acknowledged_.unproven_readings = counts_.unproven();
 }
 
 Result<> Session::compare_origin() {
@@ -322,6 +323,8 @@ Task<RunResult> Session::execute() {
   ending_ = true;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
   recorder_.set_listener(Recorder::Listener());
+  counts_.close();
+  take_counts();
   if (closed && closed->anchor) anchor_ = to_string(*closed->anchor);
   if (!closed) {
     result.exit_status = ExitStatus::fail;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/clock.hpp"
+#include "daemon/record/reading_counts.hpp"
 #include "daemon/record/recorder.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "daemon/run_request.hpp"
@@ -124,6 +125,7 @@ class Session {
   void tell_moved();
   void note_extrapolation();
   void acknowledge(const Committed& committed);
+  void take_counts();
 
   asio::any_io_executor executor_;
   Clock& clock_;
@@ -144,6 +146,7 @@ class Session {
   std::optional<std::string> stranger_;
   std::optional<std::int64_t> lost_run_;
   RunRecord acknowledged_;
+  ReadingCounts counts_;
   std::string anchor_;
   Listener listener_;
   std::unique_ptr<Run> run_;

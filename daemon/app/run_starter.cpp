@@ -27,6 +27,7 @@ RunOutcome outcome_of(const RunResult& result, const RunStatus& last) {
   out.simulated = last.simulated;
   out.lcr_readings = last.lcr_readings;
   out.measure_readings = last.measure_readings;
+  out.unproven_readings = last.unproven_readings;
   out.frame_samples = last.frame_samples;
   return out;
 }

@@ -162,6 +162,7 @@ void fields(F& f, Of<F, RunStatus>& s) {
   f.number("left_s", s.left_s);
   f.integer("lcr_readings", s.lcr_readings);
   f.integer("measure_readings", s.measure_readings);
+  f.integer("unproven_readings", s.unproven_readings);
   f.integer("frame_samples", s.frame_samples);
   f.quantity("capacitance_pF", s.capacitance_F, -12);
   f.quantity("secondary", s.secondary, 0);
@@ -181,6 +182,7 @@ void fields(F& f, Of<F, RunOutcome>& e) {
   f.boolean("simulated", e.simulated);
   f.integer("lcr_readings", e.lcr_readings);
   f.integer("measure_readings", e.measure_readings);
+  f.integer("unproven_readings", e.unproven_readings);
   f.integer("frame_samples", e.frame_samples);
   f.number("duration_s", e.duration_s);
   f.number("wall_s", e.wall_s);

@@ -262,9 +262,11 @@ Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
   summary.run = run_;
   summary.levels = batch.levels.size();
   summary.events = batch.events;
-  summary.readings = batch.readings.size();
   summary.samples = batch.samples.size();
-  for (const auto& row : batch.readings) summary.measure_readings += row.tag.index > 0 ? 1 : 0;
+  summary.readings.reserve(batch.readings.size());
+  for (const auto& [reading, tag] : batch.readings) {
+    summary.readings.push_back({reading.asked, tag.level, tag.index > 0});
+  }
   if (!batch.readings.empty()) summary.last_reading = batch.readings.back().reading;
   if (!batch.samples.empty()) summary.last_sample = batch.samples.back();
   {

@@ -31,11 +31,17 @@
 
 namespace lcrig {
 
+struct CommittedReading {
+  MonoTime asked;
+  std::int64_t level = 0;  // as in ReadingTag
+  bool counted = false;  // one of the planned readings of a `measure` step
+};
+
 // The rows that one commit made durable. Before that they must not be shown or sent to anybody.
 struct Committed {
   std::int64_t run = 0;
-  std::size_t levels = 0, readings = 0, samples = 0;
-  std::size_t measure_readings = 0;  // of them, those taken by `measure` steps
+  std::size_t levels = 0, samples = 0;
+  std::vector<CommittedReading> readings;
   std::vector<RunEvent> events;
   std::optional<LcrReading> last_reading;
   std::optional<FrameSample> last_sample;

@@ -71,9 +71,11 @@ struct RunProgress {
   std::string stops_after, pauses_at;
 };
 
-// Figures from the recorder: the numbers of stored rows, and the newest stored values.
+// Figures from the recorder: the numbers of stored rows, and the newest stored values. Readings
+// that are not proven (docs/database.md) count only as such.
 struct RunRecord {
-  std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
+  std::int64_t lcr_readings = 0, measure_readings = 0, unproven_readings = 0;
+  std::int64_t frame_samples = 0;
   std::optional<double> capacitance_F, secondary, force_N, travel_m, pressure_Pa;
 };
 

@@ -35,6 +35,7 @@ json to_json(const RehearseResult& r) {
               {"reason", r.reason},
               {"lcr_readings", r.lcr_readings},
               {"measure_readings", r.measure_readings},
+              {"unproven_readings", r.unproven_readings},
               {"frame_samples", r.frame_samples},
               {"duration_s", r.duration_s},
               {"wall_s", r.wall_s},
@@ -51,8 +52,9 @@ json to_json(const RehearseResult& r) {
 void print_text(Console& console, const RehearseResult& r) {
   fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, to_string(r.exit_status),
              r.reason.empty() ? "" : " (" + printable(r.reason, kLongestWords) + ")");
-  fmt::print(console.out, "{} LCR readings ({} of measure steps), {} frame samples\n",
-             r.lcr_readings, r.measure_readings, r.frame_samples);
+  fmt::print(console.out, "{} LCR readings ({} of measure steps){}, {} frame samples\n",
+             r.lcr_readings, r.measure_readings, unproven_words(r.unproven_readings),
+             r.frame_samples);
   fmt::print(console.out, "{} of rig time in {:.2f} s\n", format_time(r.duration_s), r.wall_s);
   if (r.faults > 0) {
     fmt::print(console.out, "{} faults injected: events of kind `injected`\n", r.faults);

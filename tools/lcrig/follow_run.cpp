@@ -236,8 +236,9 @@ ExitCode print_run_end(Context& context, ControlClient& client, const RunOutcome
     fmt::print(out, "run {}: {}{}{}\n", e.run, to_string(e.exit_status),
                e.reason.empty() ? "" : " (" + printable(e.reason, kLongestWords) + ")",
                e.simulated ? " (simulated)" : "");
-    fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
-               e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
+    fmt::print(out, "{} LCR readings ({} of measure steps){}, {} frame samples in {}\n",
+               e.lcr_readings, e.measure_readings, unproven_words(e.unproven_readings),
+               e.frame_samples, format_time(e.duration_s));
     // Printed whole, because a person keeps it.
     if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor));
     context.console.next(

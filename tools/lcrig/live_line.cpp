@@ -126,6 +126,10 @@ std::string format_time(double seconds) {
   return fmt::format("{}:{:02}", m, s);
 }
 
+std::string unproven_words(std::int64_t readings) {
+  return readings == 0 ? "" : fmt::format(", {} more are not proven", readings);
+}
+
 std::string format_live_line(const RunStatus& s, int width) {
   const auto room = static_cast<std::size_t>(std::max(1, width - 1));
   enum { kStep, kRepeat, kCapacitance, kForce, kPressure, kTravel, kBar, kPercent, kLeft };

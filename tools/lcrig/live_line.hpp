@@ -3,6 +3,7 @@
 // times.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -20,6 +21,8 @@ std::string format_plain_line(const RunStatus& status);
 // format_time: "3:05", "1:02:07". format_fixed: `digits` behind the point, and no "-0".
 std::string format_fixed(double value, int digits);
 std::string format_time(double seconds);
+// ", 26 more are not proven"; empty: there are none.
+std::string unproven_words(std::int64_t readings);
 
 // On a terminal it is one line, rewritten at most 20 times a second. Elsewhere it prints a line at
 // each new step, state or prompt, and otherwise at most one a second.

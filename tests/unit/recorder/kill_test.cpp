@@ -23,7 +23,7 @@ namespace {
   std::int64_t acknowledged = 0;
   Recorder::Listener listener;
   listener.committed = [&](const Committed& c) {
-    acknowledged += static_cast<std::int64_t>(c.readings);
+    acknowledged += static_cast<std::int64_t>(c.readings.size());
     if (::write(fd, &acknowledged, sizeof acknowledged) < 0) ::_exit(2);
   };
   (*recorder)->set_listener(std::move(listener));

@@ -50,7 +50,7 @@ class RecorderTest : public testing::Test {
     auto r = Recorder::open(io_, clock_, std::move(options));
     ASSERT_TRUE(r) << r.error().what;
     recorder_ = std::move(*r);
-    listener_.committed = [this](const Committed& c) { acknowledged_ += c.readings; };
+    listener_.committed = [this](const Committed& c) { acknowledged_ += c.readings.size(); };
     listener_.fault = [this](const Error& e) { faults_.push_back(e.what); };
     recorder_->set_listener(listener_);
   }
