@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rig/replay.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <utility>
 
 #include "daemon/rig/recording.hpp"
@@ -20,6 +22,9 @@ class ReplayInstruments final : public SimulatedInstruments {
   Result<> build(const std::string& directory) {
     if (auto r = keep(load_recording(directory), recording_); !r) return r;
     info_.bench_name = replay_bench(directory);
+    info_.bench_text = recording_.words;
+    spdlog::log(recording_.not_played > 0 ? spdlog::level::warn : spdlog::level::info, "{}: {}",
+                directory, recording_.words);
     info_.simulated = true;
     info_.tells_corrections = false;
     // The simulated person confirms one second after the recording ends.
@@ -36,7 +41,9 @@ class ReplayInstruments final : public SimulatedInstruments {
   Result<> build_meter() {
     auto pair = wire("replay:lcr");
     if (!pair) return fail(pair.error());
-    const auto play = [this](Duration t) { return reading_at(to_seconds(t)); };
+    const auto play = [this](Duration since, Duration conversion) {
+      return reading_at(to_seconds(since), to_seconds(conversion));
+    };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
         std::move(pair->far), clock_, lcr6100::SimConfig(), lcr6100::Lcr6100Sim::Recording(play));
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
@@ -63,14 +70,20 @@ class ReplayInstruments final : public SimulatedInstruments {
   }
 
   // The newest reading at this time, in the meter's own format. The first question starts both
-  // instruments.
-  std::optional<std::string> reading_at(double t_s) {
+  // instruments. A reader of the run places the middle of a window half a conversion before the
+  // arrival, whatever the recorded window was; so a reading with a known middle arrives that much
+  // after it.
+  lcr6100::Lcr6100Sim::Recorded reading_at(double t_s, double conversion_s) {
     if (!playing_) frame_sim_->start_recording();
     playing_ = true;
+    const double late_s = recording_.of_middle ? conversion_s / 2 : 0;
     const auto& rows = recording_.readings;
-    while (next_ < rows.size() && rows[next_].t_s <= t_s) ++next_;
-    if (next_ == 0) return std::nullopt;
-    return fmt::format("{:+.5e},{:+.5e}", rows[next_ - 1].primary, rows[next_ - 1].secondary);
+    while (next_ < rows.size() && rows[next_].t_s + late_s <= t_s) ++next_;
+    lcr6100::Lcr6100Sim::Recorded out;
+    out.number = next_;
+    if (next_ == 0) return out;
+    out.text = fmt::format("{:+.5e},{:+.5e}", rows[next_ - 1].primary, rows[next_ - 1].secondary);
+    return out;
   }
 
   Recording recording_;

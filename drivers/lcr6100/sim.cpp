@@ -230,17 +230,25 @@ void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
   }
 }
 
-void Lcr6100Sim::compute_recorded() {
+std::size_t Lcr6100Sim::compute_recorded() {
   if (!play_start_) play_start_ = clock_.now();
-  auto row = recording_(clock_.now() - *play_start_);
-  if (row) reading_ = std::move(*row);
+  auto row = recording_(clock_.now() - *play_start_, conversion());
+  if (row.number > 0) reading_ = std::move(row.text);
+  return row.number;
+}
+
+// Returns when an answer is there that comes after the first `after` ones, or none comes for long.
+Task<> Lcr6100Sim::await_recorded(std::size_t after) {
+  constexpr Duration kStep = 1ms, kLongest = 5s;
+  const MonoTime limit = clock_.now() + kLongest;
+  while (compute_recorded() <= after && clock_.now() < limit) co_await clock_.wait_for(kStep);
 }
 
 // All forms of FETC?: answers the latest finished conversion and waits for the first one.
 Task<> Lcr6100Sim::fetch(std::string_view what) {
   ++fetches_;
   if (recording_) {
-    compute_recorded();
+    co_await await_recorded(0);
   } else if (internal()) {
     if (reading_.empty() && finished() == 0) co_await clock_.wait_until(next_edge());
     const std::int64_t k = finished();
@@ -268,10 +276,13 @@ Task<> Lcr6100Sim::trigger(bool answered) {
   const MonoTime begin = clock_.now();
   const Duration time = conversion();
   const int start = starts_;
+  if (recording_) compute_recorded();  // starts it
   co_await clock_.wait_until(begin + time);
   if (faults_.off || start != starts_) co_return;
   if (recording_) {
-    compute_recorded();
+    // Only a reading that arrives from now on was measured after the trigger.
+    const std::size_t before = compute_recorded();
+    co_await await_recorded(before);
   } else {
     compute(begin + time / 2, computed_ + 1);
   }

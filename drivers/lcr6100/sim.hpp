@@ -76,10 +76,13 @@ class Lcr6100Sim {
  public:
   // The value at a time. No requested time is more than one conversion before an earlier one.
   using Source = std::function<Electrical(MonoTime)>;
-  // For replays: the newest "primary,secondary" as the meter sent it, this long after the first
-  // FETC? or *TRG; nullopt: nothing yet. Conversion times, settings and noise are not simulated
-  // then.
-  using Recording = std::function<std::optional<std::string>(Duration)>;
+  // For replays: the newest recorded answer this long after the first FETC? or *TRG. Settings and
+  // noise are not simulated then. `conversion` is the time that the meter would need as it is set.
+  struct Recorded {
+    std::size_t number = 0;  // answers so far; 0: none, and no text
+    std::string text;  // "primary,secondary" as the meter sent it
+  };
+  using Recording = std::function<Recorded(Duration since, Duration conversion)>;
 
   Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config, Source source);
   Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
@@ -133,7 +136,8 @@ class Lcr6100Sim {
   SimSettings settings_now() const;
   void note_settings(double late_s = 0);
   const SimSettings& in_force(MonoTime t) const;
-  void compute_recorded();
+  Task<> await_recorded(std::size_t after);
+  std::size_t compute_recorded();
   // sim_commands.cpp: grammar
   struct Parameter;
   struct Value {

@@ -190,7 +190,7 @@ std::optional<MonoTime> ZwickSim::next_sample() const {
   if (recording_) {
     if (!recording_start_ || next_row_ >= recording_->size()) return std::nullopt;
     const auto& rows = *recording_;
-    return *recording_start_ + from_seconds(rows[next_row_].t_s - rows.front().t_s);
+    return *recording_start_ + from_seconds(rows[next_row_].t_s);
   }
   if (rate_Hz_ <= 0) return std::nullopt;
   return sample_time(rate_index_);

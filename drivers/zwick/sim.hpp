@@ -67,7 +67,7 @@ class PlantScene : public FrameScene {
 
 // One row of a recording. An absent value is also absent in the sample.
 struct RecordedRow {
-  double t_s = 0;  // in ascending order
+  double t_s = 0;  // since start_recording(), in ascending order
   std::optional<double> travel_m, force_N;
 };
 

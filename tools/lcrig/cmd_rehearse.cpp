@@ -236,7 +236,8 @@ class RehearseCommand final : public Command {
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
     if (const auto folder = replay_directory(bench_); folder && !std::filesystem::exists(*folder)) {
-      return Failure(error, "give the folder of the wire logs of a run: --bench replay:DIR");
+      return Failure(
+          error, "give the folder of a recording, with lcr.csv and frame.csv: --bench replay:DIR");
     }
     const bool two_names = file && std::filesystem::hard_link_count(db, ignored) > 1;
     const bool usable = require_safe_to_create(db) && !two_names && (!file || open_read_only(db));
@@ -256,13 +257,14 @@ class RehearseCommand final : public Command {
 
   static std::optional<Failure> broken_bench(const Context& context,
                                              const RehearseRequest& wanted) {
-    if (replay_directory(wanted.bench) || context.daemon.bench_rig == nullptr) return std::nullopt;
+    if (context.daemon.bench_rig == nullptr) return std::nullopt;
     BenchRequest bench;
     bench.bench = wanted.bench;
     bench.bench_text = wanted.bench_text;
     const auto rig = context.daemon.bench_rig(bench);
     if (rig) return std::nullopt;
-    return bench_refused(rig.error(), !wanted.bench_text.empty());
+    const bool of_a_file = !wanted.bench_text.empty() || replay_directory(wanted.bench);
+    return bench_refused(rig.error(), of_a_file);
   }
 
   std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_, answers_;

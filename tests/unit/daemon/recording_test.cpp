@@ -30,13 +30,13 @@ class RecordingTest : public ::testing::Test {
 };
 
 TEST_F(RecordingTest, ColumnsAreFoundByName) {
-  write("lcr.csv", "t_s,Rp_ohm,Cp_F\r\n0.5,1.00000e+20,1.84249e-12\r\n");
+  write("lcr.csv", "t_s,Rp_ohm,Cp_F\r\n0.05,1.00000e+20,1.84249e-12\r\n");
   const auto r = load_recording(directory_);
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->readings[0].primary, 1.84249e-12);
   EXPECT_EQ(r->readings[0].secondary, 1e20);
   EXPECT_DOUBLE_EQ(r->samples[1].travel_m, 3e-3);
-  EXPECT_EQ(r->duration_s(), 0.5);
+  EXPECT_EQ(r->duration_s(), 0.1);
 }
 
 TEST_F(RecordingTest, AWrongCellIsNamedWithItsLine) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/lcr6100/driver.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -496,9 +497,9 @@ TEST(Lcr6100, AMeterThatIsAskedSeldomIsNotSetUpAgain) {
 TEST(Lcr6100, RecordedReadingsComeBackDigitForDigit) {
   const std::vector<std::string> rows{"+1.84249e-12,+1.00000e+20", "+1.83986e-12,-9.98700e+07",
                                       "+1.83005e-12,+1.00000e+20"};
-  MeterBench bench([&rows](Duration t) -> std::optional<std::string> {
-    const auto i = static_cast<std::size_t>(t / 70ms);
-    return rows[std::min(i, rows.size() - 1)];
+  MeterBench bench([&rows](Duration t, Duration) {
+    const auto i = std::min(static_cast<std::size_t>(t / 70ms), rows.size() - 1);
+    return Lcr6100Sim::Recorded{i + 1, rows[i]};
   });
   LcrSettings s = fast_polling();
   s.function = LcrFunction::CpRp;
@@ -510,6 +511,53 @@ TEST(Lcr6100, RecordedReadingsComeBackDigitForDigit) {
   EXPECT_EQ(second->secondary, -9.98700e+07);
   EXPECT_EQ(bench.run(bench.meter->measure())->primary, 1.83005e-12);
   EXPECT_FALSE(bench.run(bench.meter->measure())->fresh);
+}
+
+// The recording begins after 300 ms, with a reading every 70 ms.
+Lcr6100Sim::Recorded late_recording(Duration t, Duration) {
+  Lcr6100Sim::Recorded out;
+  if (t < 300ms) return out;
+  out.number = static_cast<std::size_t>((t - 300ms) / 70ms) + 1;
+  out.text = fmt::format("+1.{:03d}00e-12,+1.00000e+08", out.number);
+  return out;
+}
+
+TEST(Lcr6100, TheFirstRecordedReadingIsWaitedFor) {
+  MeterBench bench(late_recording);
+  LcrSettings s = fast_polling();
+  s.poll_interval = 10ms;
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  const double begin_s = bench.seconds();
+  const auto first = bench.run(bench.meter->measure());
+  ASSERT_TRUE(first) << first.error().what;
+  EXPECT_EQ(first->primary, 1.001e-12);
+  EXPECT_NEAR(bench.seconds() - begin_s, 0.3, 0.1);
+}
+
+// A triggered reading is newer than the trigger: the window that it ends began after it.
+TEST(Lcr6100, ATriggerGetsARecordedReadingThatIsNewer) {
+  MeterBench bench(late_recording);
+  LcrSettings s = fast_polling();
+  s.trigger = LcrTrigger::bus;
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  ASSERT_TRUE(bench.run(bench.meter->measure()));
+  const double conversion_s = to_seconds(bench.meter->capabilities().conversion_time(s));
+  double arrived_s = bench.seconds(), number = 0;
+  for (int i = 0; i < 10; ++i) {
+    const double asked_s = bench.seconds();
+    const auto r = bench.run(bench.meter->measure());
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_GE(bench.seconds() - asked_s, conversion_s);
+    EXPECT_LE(bench.seconds() - asked_s, conversion_s + 0.075);
+    const double got = std::round((r->primary.value() * 1e12 - 1) * 1e3);
+    EXPECT_GT(got, number) << "the same reading again";
+    // Its recorded arrival is that of the answer.
+    if (i > 0) {
+      EXPECT_NEAR((got - number) * 0.07, bench.seconds() - arrived_s, 0.005);
+    }
+    number = got;
+    arrived_s = bench.seconds();
+  }
 }
 
 TEST(Lcr6100, TheSameSeedGivesTheSameReadingsHoweverTheyAreAsked) {

@@ -189,7 +189,7 @@ TEST(ZwickLink, ZeroMovesTheOriginOfForceAndTravel) {
 TEST(ZwickReplay, PlaysRowsVerbatimAndRefusesMotion) {
   std::vector<RecordedRow> rows(3);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i].t_s = 10.0 + 0.1 * static_cast<double>(i);
+    rows[i].t_s = 0.2 + 0.1 * static_cast<double>(i);
     rows[i].force_N = 0.123457 * static_cast<double>(i + 1);
     rows[i].travel_m = static_cast<double>(12345 + 10000 * i) / 1e4 / 1e3;
   }
