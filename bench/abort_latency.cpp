@@ -3,10 +3,13 @@
 // the wire, and to the answer (standstill confirmed). Also for a freeze in `finally`, and for an
 // abort while a run is being prepared. Client, daemon and simulators (behind loopback TCP) run in
 // real time in three threads. Then it measures the same for a SIGTERM to a separate lcrigd process,
-// the program beside this one. Usage: abort_latency_bench [ABORTS [SIGTERMS]]
+// the program beside this one. With CROWDED also for a client that connects anew, while others take
+// every place and more. Usage: abort_latency_bench [ABORTS [SIGTERMS [CROWDED]]]
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -230,7 +233,7 @@ class Client {
 
 void print_row(const char* what, const LatencyHistogram& h) {
   const auto ms = [](Duration d) { return to_seconds(d) * 1e3; };
-  fmt::print("{:<36} {:>8} {:>8.3f} {:>8.3f} {:>8.3f}\n", what, h.count(), ms(h.percentile(0.5)),
+  fmt::print("{:<50} {:>8} {:>8.3f} {:>8.3f} {:>8.3f}\n", what, h.count(), ms(h.percentile(0.5)),
              ms(h.percentile(0.99)), ms(h.max()));
 }
 
@@ -296,7 +299,7 @@ void measure(const std::string& folder, int aborts) {
   for (int i = 0; i < aborts; ++i) {
     stop_a_start(config.socket, client, static_cast<int>(1 + random() % 2500), preparing, begun);
   }
-  fmt::print("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "ms", "n", "p50", "p99", "max");
+  fmt::print("{:<50} {:>8} {:>8} {:>8} {:>8}\n", "ms", "n", "p50", "p99", "max");
   print_row("abort to STOP at the gateway", step.to_stop);
   print_row("abort to answer (standstill)", step.to_answer);
   print_row("freeze in `finally` to STOP", clearing.to_stop);
@@ -378,6 +381,110 @@ void measure_sigterm(const std::string& folder, int signals) {
   print_row("SIGTERM to the end of lcrigd", to_exit);
 }
 
+// Clients who take every place, in a thread of their own.
+enum class Crowd { idle, stalled, calling, connecting, backlog };
+constexpr const char* kCrowdWords[] = {"64 idle", "64 stalled", "64 flooding with calls",
+                                       "64 stalled, others connect and leave",
+                                       "64 stalled, 400 more connections kept"};
+
+class Crowded {
+ public:
+  Crowded(std::string socket, Crowd kind) : path_(std::move(socket)), kind_(kind) {
+    const std::string watch = request_line(1, "watch", json::object());
+    for (int i = 0; i < 64; ++i) {
+      members_.push_back(open());
+      if (kind != Crowd::idle) ::send(members_.back(), watch.data(), watch.size(), MSG_NOSIGNAL);
+    }
+    thread_ = std::thread([this] {
+      while (!over_) act();
+    });
+  }
+  ~Crowded() {
+    over_ = true;
+    thread_.join();
+    for (const int fd : members_) ::close(fd);
+  }
+  Crowded(const Crowded&) = delete;
+  Crowded& operator=(const Crowded&) = delete;
+
+ private:
+  // Not connected where the backlog is full.
+  int open() const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path_.copy(address.sun_path, sizeof address.sun_path - 1);
+    const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    static_cast<void>(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address));
+    return fd;
+  }
+  void act() {
+    switch (kind_) {
+      case Crowd::idle:
+      case Crowd::stalled: ::poll(nullptr, 0, 10); break;
+      case Crowd::calling: call(); break;
+      case Crowd::connecting: ::close(open()); break;
+      case Crowd::backlog:
+        members_.push_back(open());
+        if (members_.size() < 464) break;
+        ::close(members_[64]);
+        members_.erase(members_.begin() + 64);
+        break;
+    }
+  }
+  void call() {
+    const std::string text = request_line(1, "status", json::object());
+    char buffer[65536];
+    for (const int fd : members_) {
+      ::send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      while (::recv(fd, buffer, sizeof buffer, MSG_DONTWAIT) > 0) {
+      }
+    }
+  }
+
+  std::string path_;
+  Crowd kind_;
+  std::vector<int> members_;
+  std::atomic<bool> over_ = false;
+  std::thread thread_;
+};
+
+// From before the connection to the answer.
+Duration stop_anew(const std::string& socket, const char* method) {
+  const RealClock clock;
+  const MonoTime begin = clock.now();
+  auto person = must(cli::ControlClient::connect(socket, clock));
+  must(person.call(method, json{{"why", "bench"}}));
+  return clock.now() - begin;
+}
+
+void measure_crowded(const std::string& folder, int stops) {
+  Simulators sims;
+  Config config;
+  config.database = folder + "/crowd.db";
+  config.socket = folder + "/crowd.sock";
+  config.meter_driver = std::ranges::find(kMeterDrivers, "lcr6100", &MeterDriver::name);
+  config.meter_port = sims.meter_url();
+  config.frame_port = sims.frame_url();
+  const Daemon daemon(config);
+  std::mt19937 random(3);
+  for (const Crowd kind :
+       {Crowd::idle, Crowd::stalled, Crowd::calling, Crowd::connecting, Crowd::backlog}) {
+    for (const char* method : {"run.abort", "run.freeze"}) {
+      LatencyHistogram latency;
+      for (int i = 0; i < stops; ++i) {
+        Client owner(config.socket);
+        owner.start();
+        const Crowded crowd(config.socket, kind);
+        owner.let_pass(static_cast<int>(20 + random() % 70));
+        latency.add(stop_anew(config.socket, method));
+        owner.wait_for_end();
+      }
+      print_row(fmt::format("{}, {}", method, kCrowdWords[static_cast<int>(kind)]).c_str(),
+                latency);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lcrig
 
@@ -389,6 +496,7 @@ int main(int argc, char** argv) {
   try {
     lcrig::measure(folder, argc > 1 ? std::atoi(argv[1]) : 100);
     if (argc > 2) lcrig::measure_sigterm(folder, std::atoi(argv[2]));
+    if (argc > 3) lcrig::measure_crowded(folder, std::atoi(argv[3]));
   } catch (const std::exception& e) {
     fmt::print(stderr, "{}\n", e.what());
     code = 1;

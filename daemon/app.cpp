@@ -137,6 +137,7 @@ DaemonStatus App::status() const {
   s.resumable = starter_.resumable();
   if (const QueueRunner* queue = queue_.runner()) s.queue = queue->status();
   s.instruments = known_.states(run);
+  s.socket_trouble = control_.trouble();
   return s;
 }
 

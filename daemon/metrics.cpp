@@ -104,6 +104,8 @@ void add_daemon(Page& page, const Metrics& m) {
     page.value("quantile", fmt::format("{}", quantile),
                to_seconds(m.commits.queued.percentile(quantile)));
   }
+  page.family("lcrig_control_socket", "gauge", "1: clients find the daemon's socket.")
+      .value(m.status.socket_trouble.empty() ? 1 : 0);
   page.family("lcrig_loop_lateness_seconds_max", "gauge",
               "The latest that the event loop ever was since the daemon started.")
       .value(to_seconds(m.worst_lateness));

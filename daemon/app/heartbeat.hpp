@@ -23,7 +23,7 @@ class Heartbeat {
     const InstrumentFactory& rig;
     const RigUse& use;
     const ServiceNotifier& notifier;
-    const News& news;
+    News& news;
   };
   Heartbeat(Clock& clock, const Parts& parts);
 

@@ -3,6 +3,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "base/text.hpp"
 #include "daemon/run_words.hpp"
 #include "events/event_words.hpp"
@@ -37,8 +39,12 @@ void News::status() const {
   }
 }
 
-void News::service_status() const {
-  if (use_.live_run() != nullptr) notifier_.status(service_line(use_.session()->status()));
+void News::service_status() {
+  const std::string& trouble = server_.trouble();
+  const bool had_trouble = std::exchange(told_trouble_, !trouble.empty());
+  if (!trouble.empty()) return notifier_.status("no client finds the daemon: " + trouble);
+  if (use_.live_run() != nullptr) return notifier_.status(service_line(use_.session()->status()));
+  if (had_trouble) notifier_.status(idle_words_);
 }
 
 void News::event(const RunEvent& event) const {
@@ -59,10 +65,10 @@ void News::run_ended(const RunOutcome& ended) const {
   spdlog::info("{}", ended_line(ended));
 }
 
-void News::queue_changed(const QueueStatus& status) const {
+void News::queue_changed(const QueueStatus& status) {
   server_.publish_queue(status);
-  if (use_.live_run() != nullptr) return;
-  notifier_.status(status.prompt.empty() ? "idle" : "the queue waits: " + status.prompt);
+  idle_words_ = status.prompt.empty() ? "idle" : "the queue waits: " + status.prompt;
+  if (use_.live_run() == nullptr) notifier_.status(idle_words_);
 }
 
 }  // namespace lcrig

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "daemon/app/rig_use.hpp"
@@ -24,16 +25,19 @@ class News {
 
   void run_begins(std::int64_t run) const;
   void status() const;  // status of the current run, to the watchers
-  void service_status() const;  // the same, for `systemctl status`
+  // For `systemctl status`: that no client finds the daemon, else the same.
+  void service_status();
   void event(const RunEvent& event) const;
   void run_ended(const RunOutcome& ended) const;
-  void queue_changed(const QueueStatus& status) const;
+  void queue_changed(const QueueStatus& status);
 
  private:
   ControlServer& server_;
   const ServiceNotifier& notifier_;
   const RigUse& use_;
   std::vector<std::function<void(const RunEvent&)>> watchers_;
+  std::string idle_words_ = "idle";  // what the service manager is told between runs
+  bool told_trouble_ = false;
 };
 
 }  // namespace lcrig

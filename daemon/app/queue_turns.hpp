@@ -26,7 +26,7 @@ class QueueTurns final : public QueueHost {
     RunStarter& starter;
     QueuePlans& plans;
     Callers& callers;
-    const News& news;
+    News& news;
   };
   QueueTurns(asio::any_io_executor executor, Clock& clock, const Parts& parts)
       : executor_(std::move(executor)), clock_(clock), parts_(parts) {}

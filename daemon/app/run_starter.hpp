@@ -27,7 +27,7 @@ class RunStarter {
     KnownRig& known;
     RigUse& use;
     QueuePlans& plans;
-    const News& news;
+    News& news;
   };
   RunStarter(asio::any_io_executor executor, Clock& clock, const Parts& parts);
   // `guard` is called before anything is commanded, and again before the run row is written. An

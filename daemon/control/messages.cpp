@@ -248,6 +248,7 @@ void fields(F& f, Of<F, DaemonStatus>& s) {
   f.object("last_run", s.last_run);
   f.object("queue", s.queue);
   f.list("resumable", s.resumable);
+  f.text("socket_trouble", s.socket_trouble);
 }
 
 template <class F>

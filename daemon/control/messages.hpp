@@ -18,6 +18,10 @@
 
 namespace lcrig {
 
+// The stop that needs no control socket (docs/control.md).
+constexpr const char* kStopBySignal =
+    "systemctl stop lcrigd   (SIGTERM: aborts the run, unloads, ends the daemon)";
+
 constexpr std::size_t kControlLineLimit = std::size_t{1} << 20U;  // bytes, without the newline
 
 // The process at the other end (SO_PEERCRED). `user` is the name of `uid` if it is known, else "uid
@@ -124,6 +128,7 @@ struct DaemonStatus {
   std::optional<RunOutcome> last_run;  // the last one since the daemon started
   std::vector<ResumableRun> resumable;  // cut off after the last other run began; oldest first
   std::optional<QueueStatus> queue;
+  std::string socket_trouble;  // why no new client finds the daemon; empty: they do
 };
 
 // An event row of a run, as watchers get it.

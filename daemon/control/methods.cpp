@@ -277,8 +277,14 @@ constexpr HintWords kRunsThatEnded{"", "lcrig runs", "lists them, with how they 
 constexpr HintWords kGoodSpecimen{
     "correct the file; for a good one: ", "lcrig specimen show paper-1", ""};
 
+// A method that a person needs to stop the frame.
+constexpr ControlMethod urgent(ControlMethod method) {
+  method.urgent = true;
+  return method;
+}
+
 constexpr ControlMethod kMethods[] = {
-    {"status", show_now<&ControlHandler::status>, kLook},
+    urgent({"status", show_now<&ControlHandler::status>, kLook}),
     {"watch", show_now<&ControlHandler::status>, kLook, nullptr, true},
     {"version", on_version, kLook, "version"},
     {"metrics", call_method<no_params, &ControlHandler::metrics>, kLook, "text"},
@@ -286,11 +292,11 @@ constexpr ControlMethod kMethods[] = {
     {"run.start", call_method<parse_run_request, &RunHandler::start_run>, kCheck, "run"},
     {"run.plan", call_method<parse_run_request, &RunHandler::plan_run>, kCheck},
     {"instruments.ask", on_ask, kLook},
-    {"run.pause", on_pause, kLook},
+    urgent({"run.pause", on_pause, kLook}),
     {"run.resume", call_method<resume_params, &RunHandler::resume>, kLook, "run"},
-    {"run.stop", call_method<stop_params, &SteeringHandler::stop_after>, kLook},
-    {"run.abort", call_method<why_param, &SteeringHandler::abort>, kLook},
-    {"run.freeze", call_method<why_param, &SteeringHandler::freeze>, kLook},
+    urgent({"run.stop", call_method<stop_params, &SteeringHandler::stop_after>, kLook}),
+    urgent({"run.abort", call_method<why_param, &SteeringHandler::abort>, kLook}),
+    urgent({"run.freeze", call_method<why_param, &SteeringHandler::freeze>, kLook}),
     {"run.confirm", call_method<no_params, &SteeringHandler::confirm>, kLook},
     {"run.answer", call_method<parse_answer_request, &SteeringHandler::answer>, kLook},
     {"run.note", on_note, kRunsThatEnded, "run"},
@@ -306,7 +312,7 @@ constexpr ControlMethod kMethods[] = {
     {"queue.move", call_method<parse_queue_move, &QueueHandler::move>, kSeeQueue},
     {"queue.remove", call_method<entry_param, &QueueHandler::remove>, kSeeQueue},
     {"queue.clear", call_method<no_params, &QueueHandler::clear>, kSeeQueue, "removed"},
-    {"queue.hold", call_method<why_param, &QueueHandler::hold>, kSeeQueue},
+    urgent({"queue.hold", call_method<why_param, &QueueHandler::hold>, kSeeQueue}),
     {"queue.start", call_method<head_param, &QueueHandler::start>, kSeeQueue},
     {"queue.lock", call_method<why_param, &QueueHandler::lock>, kSeeQueue},
     {"queue.unlock", call_method<force_param, &QueueHandler::unlock>, kSeeQueue},

@@ -22,6 +22,7 @@ struct ControlMethod {
   const char* member = nullptr;  // the answer's member for the result; nullptr: the result is the
                                  // answer
   bool watches = false;  // from now on the session sends every change of status to its client
+  bool urgent = false;  // a stop, or a look: served also where no other call is
 };
 std::span<const ControlMethod> control_methods();
 const ControlMethod* find_control_method(std::string_view name);  // nullptr: no such method

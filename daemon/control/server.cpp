@@ -3,12 +3,11 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -20,8 +19,12 @@ namespace lcrig {
 
 namespace {
 
-constexpr mode_t kSocketMode = 0660;  // owner and group lcrig, because whoever may write may move
-                                      // the frame
+using namespace std::chrono_literals;
+
+// Clients that are accepted before the instruments get their turn. Several such turns fit into the
+// reserve, so that a call which came with its connection is read before its place is taken.
+constexpr std::size_t kAcceptAtOnce = 16;
+constexpr Duration kLookInterval = 1s;
 
 Result<PeerCredentials> credentials_of(int fd) {
   ucred raw{};
@@ -35,31 +38,28 @@ Result<PeerCredentials> credentials_of(int fd) {
   return peer;
 }
 
-// Removes the socket of a daemon that is gone. Keeps a file at `path` that is not a socket.
-Result<> clear_stale_socket(asio::any_io_executor executor, const std::string& path) {
-  struct stat info{};
-  if (::lstat(path.c_str(), &info) != 0) return {};
-  if (!S_ISSOCK(info.st_mode)) {
-    return fail(Errc::io, "control: {} exists and is no socket; move it away or use --socket",
-                path);
-  }
-  boost::system::error_code ec;
-  asio::local::stream_protocol::socket probe(std::move(executor));
-  probe.connect(path, ec);
-  if (!ec) {
-    return fail(Errc::busy,
-                "control: another lcrigd answers at {}; stop it first (systemctl stop lcrigd) or "
-                "use --socket",
-                path);
-  }
-  if (ec != asio::error::connection_refused) {
-    return fail(Errc::io, "control: {}: {}", path, ec.message());
-  }
-  if (::unlink(path.c_str()) != 0) {
-    return fail(Errc::io, "control: cannot remove the stale socket {}: {}", path,
-                std::strerror(errno));
-  }
-  return {};
+// A client that is closed because another one needs its place gets this before.
+std::string dismissal(const std::string& why) {
+  return error_line(nullptr, RpcError(rpc_code::kTooManyClients, why,
+                                      "connect again; idle connections are closed first"));
+}
+
+// Whether the client has gone without a word. Asked before anything is made for it, because a
+// flood of such connections must cost little.
+bool has_left(int fd) {
+  char byte = 0;
+  return ::recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+}
+
+std::vector<ControlPlace> places_of(const std::vector<std::shared_ptr<ControlSession>>& sessions) {
+  std::vector<ControlPlace> out;
+  out.reserve(sessions.size());
+  for (const auto& session : sessions) out.push_back(session->place());
+  return out;
+}
+
+bool lacks_descriptors(int error) {
+  return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
 }  // namespace
@@ -73,83 +73,77 @@ ControlServer::ControlServer(asio::any_io_executor executor, Clock& clock, Contr
       allowance_(std::make_shared<ControlAllowance>(options.long_bytes_per_s,
                                                     options.max_all_call_bytes, clock.now())),
       left_(std::make_shared<Condition>(clock)),
-      names_(executor, clock, options.user_name),
-      acceptor_(executor) {}
+      names_(executor, clock, options.user_name) {}
 
 ControlServer::~ControlServer() {
+  *closed_ = true;
+  left_->notify_all();
+  if (socket_) socket_->close();
   for (const auto& session : *sessions_) session->close();
-  remove_socket_file();
-}
-
-void ControlServer::remove_socket_file() {
-  if (path_.empty()) return;
-  struct stat info{};
-  // Somebody may have replaced our socket file.
-  if (::lstat(path_.c_str(), &info) == 0 && info.st_dev == device_ && info.st_ino == inode_) {
-    ::unlink(path_.c_str());
-  }
-  path_.clear();
 }
 
 Result<> ControlServer::listen(const std::string& path) {
-  if (path.size() >= sizeof(sockaddr_un::sun_path)) {
-    return fail(Errc::invalid_request, "control: {}: a socket path has at most {} characters", path,
-                sizeof(sockaddr_un::sun_path) - 1);
-  }
-  if (auto clear = clear_stale_socket(executor_, path); !clear) return clear;
-  boost::system::error_code ec;
-  acceptor_.open(Protocol(), ec);
-  if (!ec) acceptor_.bind(Protocol::endpoint(path), ec);
-  if (ec) return fail(Errc::io, "control: cannot create {}: {}", path, ec.message());
+  if (auto opened = keep(ListeningSocket::open(executor_, path), socket_); !opened) return opened;
   path_ = path;
-  struct stat info{};
-  if (::lstat(path.c_str(), &info) == 0) {
-    device_ = info.st_dev;
-    inode_ = info.st_ino;
-  }
-  // Nobody can connect before listen(), so the mode is set for the first client already.
-  if (::chmod(path.c_str(), kSocketMode) != 0) {
-    return fail(Errc::io, "control: chmod {}: {}", path, std::strerror(errno));
-  }
-  acceptor_.listen(asio::socket_base::max_listen_connections, ec);
-  if (ec) return fail(Errc::io, "control: cannot listen at {}: {}", path, ec.message());
   listening_ = true;
-  spawn(executor_, accept_loop());
+  spawn(executor_, accept_loop(socket_));
+  spawn(executor_, look_after());
   return {};
 }
 
-Task<> ControlServer::accept_loop() {
-  while (acceptor_.is_open()) {
-    auto r = co_await acceptor_.async_accept(kAsResult);
-    auto& [ec, socket] = r;
-    if (ec == asio::error::operation_aborted) co_return;  // closed; `this` may be gone
-    if (!ec) {
-      admit(std::move(socket));
-      continue;
-    }
-    // Out of file descriptors: existing clients stay, new ones wait in the backlog.
-    spdlog::error("control: accept: {}", ec.message());
-    co_await clock_.wait_for(std::chrono::milliseconds(200));
+// A flood of connections gets at most half of this thread's time: after each turn the loop waits as
+// long as the turn, and what it caused, have taken.
+Task<> ControlServer::accept_loop(std::shared_ptr<ListeningSocket> socket) {
+  const auto closed = closed_;
+  for (;;) {
+    auto r = co_await socket->acceptor().async_wait(asio::socket_base::wait_read, kAsResult);
+    const auto& [ec] = r;
+    if (*closed || ec) co_return;  // closed; `this` may be gone
+    const MonoTime begin = clock_.now();
+    const bool has_room = take_waiting(*socket, kAcceptAtOnce);
+    co_await asio::post(executor_, kAsResult);
+    if (*closed) co_return;
+    const Duration taken = std::min<Duration>(clock_.now() - begin, 10ms);
+    const Duration pause = has_room ? taken : 200ms;
+    co_await clock_.wait_for(pause);
+    if (*closed) co_return;
   }
 }
 
-void ControlServer::admit(Protocol::socket socket) {
-  auto peer = credentials_of(socket.native_handle());
-  if (!peer) {
-    spdlog::error("{}", peer.error().what);
+bool ControlServer::take_waiting(ListeningSocket& socket, std::size_t most) {
+  for (std::size_t i = 0; i < most; ++i) {
+    const int fd = ::accept4(socket.acceptor().native_handle(), nullptr, nullptr, SOCK_CLOEXEC);
+    if (fd >= 0) {
+      admit(fd);
+      continue;
+    }
+    if (errno == EAGAIN || errno == EBADF) return true;
+    if (!lacks_descriptors(errno)) continue;  // that client is gone
+    tell_full(fmt::format("accept: {}", std::strerror(errno)));
+    if (!vacate_reserve() && !make_room("lcrigd has no file descriptor left")) return false;
+  }
+  return true;
+}
+
+void ControlServer::admit(int fd) {
+  auto peer = credentials_of(fd);
+  ControlSession::Socket socket(executor_);
+  boost::system::error_code ec;
+  if (peer && !has_left(fd)) socket.assign(asio::local::stream_protocol(), fd, ec);
+  if (!socket.is_open()) {
+    ::close(fd);
+    if (!peer) spdlog::error("{}", peer.error().what);
     return;
   }
   names_.look_up(peer->uid);
   peer->user = names_.known(peer->uid);
+  const bool full = seated(ControlSeat::all).size() >= options_.max_clients;
+  const auto why =
+      fmt::format("all {} places were taken, and this client was idle", options_.max_clients);
+  const auto seat = full && !make_room(why.c_str()) ? ControlSeat::urgent : ControlSeat::all;
+  if (seat == ControlSeat::urgent && seated(seat).size() >= options_.reserve) vacate_reserve();
   auto session = std::make_shared<ControlSession>(std::move(socket), clock_, handler_,
-                                                  std::move(*peer), options_, allowance_);
-  if (sessions_->size() >= options_.max_clients) {
-    session->send(error_line(
-        nullptr, RpcError(rpc_code::kTooManyClients,
-                          fmt::format("{} clients are connected already", sessions_->size()),
-                          "close one of them, then try again")));
-    session->finish();
-  }
+                                                  std::move(*peer), options_, allowance_, seat);
   sessions_->insert(session);
   asio::co_spawn(executor_, session->run(),
                  [session, sessions = sessions_, left = left_](const std::exception_ptr& error) {
@@ -157,6 +151,97 @@ void ControlServer::admit(Protocol::socket socket) {
                    left->notify_all();
                    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
                  });
+}
+
+std::vector<ControlServer::Session> ControlServer::seated(ControlSeat seat) const {
+  std::vector<Session> out;
+  out.reserve(sessions_->size());
+  for (const auto& session : *sessions_) {
+    if (session->seat() == seat && !session->closed()) out.push_back(session);
+  }
+  return out;
+}
+
+// True: a client that was idle has left for another one.
+bool ControlServer::make_room(const char* why) {
+  const auto clients = seated(ControlSeat::all);
+  const auto idle = longest_idle(places_of(clients), clock_.now(), options_.idle);
+  if (!idle) {
+    tell_full(
+        fmt::format("{} clients are connected, none of them idle; others may only stop the run",
+                    clients.size()));
+    return false;
+  }
+  clients[*idle]->dismiss(dismissal(why));
+  return true;
+}
+
+bool ControlServer::vacate_reserve() {
+  const auto clients = seated(ControlSeat::urgent);
+  if (clients.empty()) return false;
+  clients[greediest(places_of(clients))]->dismiss(
+      dismissal("the places for stops were needed by another client"));
+  return true;
+}
+
+void ControlServer::close_quiet_reserve() {
+  const MonoTime now = clock_.now();
+  for (const auto& session : seated(ControlSeat::urgent)) {
+    if (now - session->place().quiet_since < options_.reserve_patience) continue;
+    session->dismiss(dismissal(
+        fmt::format("{} clients are connected already, and this one asked for nothing in {:.3g} s",
+                    options_.max_clients, to_seconds(options_.reserve_patience))));
+  }
+}
+
+// At most once a minute: a flood would fill the journal.
+void ControlServer::tell_full(const std::string& words) {
+  const MonoTime now = clock_.now();
+  if (told_full_ != MonoTime() && now - told_full_ < 1min) return;
+  told_full_ = now;
+  spdlog::warn("control: {}", words);
+}
+
+// Closes who keeps a place of the reserve for nothing, and brings back a socket file that is gone.
+Task<> ControlServer::look_after() {
+  const auto closed = closed_;
+  const auto left = left_;
+  Clock& clock = clock_;
+  const auto is_closed = [&closed] { return *closed; };
+  for (;;) {
+    const MonoTime next = clock.now() + kLookInterval;
+    const bool over = co_await left->wait(is_closed, next);
+    if (over) co_return;
+    close_quiet_reserve();
+    keep_socket();
+  }
+}
+
+// A file that another program put there is replaced only if nobody answers behind it, and not at
+// the first look: a daemon that starts listens a moment after it has made its file.
+void ControlServer::keep_socket() {
+  auto found = socket_->is_found();
+  if (found) return set_trouble("");
+  const bool is_new = trouble_.empty();
+  set_trouble(found.error().what);
+  if (is_new && found.error().code == Errc::busy) return;
+  auto made = ListeningSocket::open(executor_, path_);
+  if (!made) return;
+  // Who connected before the file was gone is served.
+  take_waiting(*socket_, SOMAXCONN);
+  socket_->close();
+  socket_ = std::move(*made);
+  spawn(executor_, accept_loop(socket_));
+  set_trouble("");
+}
+
+void ControlServer::set_trouble(const std::string& words) {
+  if (words == trouble_) return;
+  const bool is_over = words.empty();
+  trouble_ = words;
+  if (is_over) return spdlog::warn("control: {} is there again", path_);
+  spdlog::critical("control: no client finds the daemon any more: {}; to stop a run: {}", words,
+                   kStopBySignal);
 }
 
 Task<std::string> ControlServer::user_name(const PeerCredentials& peer, Duration patience) {
@@ -210,9 +295,9 @@ void ControlServer::publish_queue(const QueueStatus& queue) {
 }
 
 Task<> ControlServer::close(Duration grace) {
-  boost::system::error_code ignored;
-  acceptor_.close(ignored);
-  remove_socket_file();
+  *closed_ = true;
+  if (socket_) socket_->close();
+  left_->notify_all();
   for (const auto& session : *sessions_) session->finish();
   const MonoTime end = clock_.now() + grace;
   const auto all_left = [this] { return sessions_->empty(); };

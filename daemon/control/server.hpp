@@ -3,13 +3,14 @@
 // thread.
 #pragma once
 
-#include <boost/asio/local/stream_protocol.hpp>
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "base/condition.hpp"
+#include "daemon/control/listening_socket.hpp"
 #include "daemon/control/session.hpp"
 #include "daemon/control/user_names.hpp"
 
@@ -26,8 +27,11 @@ class ControlServer {
   ControlServer& operator=(const ControlServer&) = delete;
 
   // Listens at `path` with mode 0660. Replaces a socket file that nobody answers. Errors: busy
-  // (another daemon answers), io, invalid_request (path too long for a socket).
+  // (another daemon answers), io, invalid_request (path too long for a socket). A socket file that
+  // is deleted or replaced later is made again within seconds, if nobody else answers there.
   Result<> listen(const std::string& path);
+  // Why no client can find the socket, in words; empty: they can.
+  const std::string& trouble() const { return trouble_; }
 
   // Send to every client that called `watch`. Never block: a client that does not read first misses
   // status messages and finally loses its connection.
@@ -49,13 +53,22 @@ class ControlServer {
   Task<> close(Duration grace);
 
  private:
-  using Protocol = asio::local::stream_protocol;
-  using Sessions = std::set<std::shared_ptr<ControlSession>>;
+  using Session = std::shared_ptr<ControlSession>;
+  using Sessions = std::set<Session>;
 
-  Task<> accept_loop();
-  void admit(Protocol::socket socket);
+  Task<> accept_loop(std::shared_ptr<ListeningSocket> socket);
+  Task<> look_after();
+  void keep_socket();
+  void set_trouble(const std::string& words);
+  // False: the next ones have to wait, because the process has no file descriptor left.
+  bool take_waiting(ListeningSocket& socket, std::size_t most);
+  void admit(int fd);
+  std::vector<Session> seated(ControlSeat seat) const;
+  bool make_room(const char* why);
+  bool vacate_reserve();
+  void tell_full(const std::string& words);
+  void close_quiet_reserve();
   void publish(const std::string& line);
-  void remove_socket_file();
 
   asio::any_io_executor executor_;
   Clock& clock_;
@@ -64,12 +77,13 @@ class ControlServer {
   std::shared_ptr<ControlAllowance> allowance_;
   std::shared_ptr<Condition> left_;  // notified when a session ends; shared like the sessions
   UserNames names_;
-  Protocol::acceptor acceptor_;
-  std::string path_;
-  std::uint64_t device_ = 0, inode_ = 0;  // identify our socket file
+  std::string path_, trouble_;
+  std::shared_ptr<ListeningSocket> socket_;
   bool listening_ = false;
-  // Shared with the sessions' completion handlers, which may run after this object is destroyed.
+  MonoTime told_full_;
+  // Shared with coroutines and completion handlers, which may run after this object is destroyed.
   std::shared_ptr<Sessions> sessions_ = std::make_shared<Sessions>();
+  std::shared_ptr<bool> closed_ = std::make_shared<bool>(false);
 };
 
 }  // namespace lcrig

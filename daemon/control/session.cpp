@@ -2,6 +2,7 @@
 #include "daemon/control/session.hpp"
 
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
@@ -23,11 +24,16 @@ namespace {
 constexpr std::size_t kChunk = 16384;
 // Lines that are read from one client before the instruments and the other clients get their turn.
 constexpr int kLinesAtOnce = 16;
+// A longer line is no stop, and never treated as one.
+constexpr std::size_t kUrgentLine = 4096;
+// A client of the reserve calls once or twice.
+constexpr double kUrgentBurst = 8, kUrgentCalls_per_s = 10;
+
 }  // namespace
 
 ControlSession::ControlSession(Socket socket, Clock& clock, ControlHandler& handler,
                                PeerCredentials peer, ControlOptions options,
-                               std::shared_ptr<ControlAllowance> allowance)
+                               std::shared_ptr<ControlAllowance> allowance, ControlSeat seat)
     : socket_(std::move(socket)),
       clock_(clock),
       handler_(handler),
@@ -36,12 +42,31 @@ ControlSession::ControlSession(Socket socket, Clock& clock, ControlHandler& hand
       allowance_(std::move(allowance)),
       tokens_(options.burst),
       refilled_(clock.now()),
+      came_(refilled_),
+      quiet_since_(refilled_),
+      seat_(seat),
       wake_(socket_.get_executor(), 1) {
-  allowance_->come();
+  if (seat_ == ControlSeat::all) allowance_->come();
 }
 
 ControlSession::~ControlSession() {
-  allowance_->go();
+  if (seat_ == ControlSeat::all) allowance_->go();
+}
+
+ControlPlace ControlSession::place() const {
+  ControlPlace out;
+  out.uid = peer_.uid;
+  out.pid = peer_.pid;
+  out.came = came_;
+  out.quiet_since = quiet_since_;
+  out.busy = watching_ || !idle();
+  return out;
+}
+
+void ControlSession::dismiss(const std::string& line) {
+  if (closed_) return;
+  ::send(socket_.native_handle(), line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  close();
 }
 
 Task<> ControlSession::run() {
@@ -89,8 +114,9 @@ Task<> ControlSession::read_loop() {
     auto r = co_await socket_.async_read_some(asio::buffer(chunk), kAsResult);
     const auto& [ec, n] = r;
     if (ec) break;  // end of file; an incomplete message is dropped
+    if (seat_ == ControlSeat::all) quiet_since_ = clock_.now();
     // Reserves once, because doubling could take twice the size of the longest line.
-    if (in_.size() + n > 4 * kChunk) in_.reserve(kControlLineLimit + kChunk);
+    if (in_.size() + n > 4 * kChunk) in_.reserve(line_limit() + kChunk);
     in_.append(chunk.data(), n);
     const bool more = co_await take_lines();
     if (!more) break;
@@ -105,7 +131,7 @@ Task<bool> ControlSession::take_lines() {
   for (;;) {
     const auto end = in_.find('\n', std::max(begin, scanned_));
     if (end == std::string::npos) break;
-    if (end - begin > kControlLineLimit) break;
+    if (end - begin > line_limit()) break;
     co_await slow_down(end - begin);
     if (++lines % kLinesAtOnce == 0) co_await asio::post(socket_.get_executor(), kAsResult);
     if (closed_ || finishing_) co_return false;
@@ -115,9 +141,9 @@ Task<bool> ControlSession::take_lines() {
   }
   in_.erase(0, begin);
   scanned_ = in_.size();
-  if (in_.size() <= kControlLineLimit) co_return true;
+  if (in_.size() <= line_limit()) co_return true;
   send(error_line(nullptr, RpcError(rpc_code::kLineTooLong,
-                                    fmt::format("a line is limited to {} bytes", kControlLineLimit),
+                                    fmt::format("a line is limited to {} bytes", line_limit()),
                                     "send smaller messages; the connection is closed")));
   co_return false;
 }
@@ -127,8 +153,11 @@ Task<bool> ControlSession::take_lines() {
 Task<> ControlSession::slow_down(std::size_t bytes) {
   constexpr double kBytesPerCall = 4096;
   const MonoTime now = clock_.now();
-  const double share = allowance_->share(), calls_per_s = options_.calls_per_s * share;
-  tokens_ = std::min(options_.burst * share, tokens_ + to_seconds(now - refilled_) * calls_per_s);
+  const bool all = seat_ == ControlSeat::all;
+  const double share = allowance_->share();
+  const double calls_per_s = all ? options_.calls_per_s * share : kUrgentCalls_per_s;
+  const double burst = all ? options_.burst * share : kUrgentBurst;
+  tokens_ = std::min(burst, tokens_ + to_seconds(now - refilled_) * calls_per_s);
   refilled_ = now;
   tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
   if (tokens_ < 0) co_await clock_.wait_for(from_seconds(-tokens_ / calls_per_s));
@@ -138,7 +167,13 @@ Task<> ControlSession::slow_down(std::size_t bytes) {
   if (others > Duration::zero()) co_await clock_.wait_for(others);
 }
 
-bool ControlSession::take_call(std::size_t bytes) {
+std::size_t ControlSession::line_limit() const {
+  return seat_ == ControlSeat::all ? kControlLineLimit : kUrgentLine;
+}
+
+// A stop has limits of its own, which no other call and no other client uses up.
+bool ControlSession::take_call(bool urgent, std::size_t bytes) {
+  if (urgent) return urgent_calls_ < options_.max_calls && ++urgent_calls_ > 0;
   if (calls_ >= options_.max_calls || call_bytes_ + bytes > options_.max_call_bytes) return false;
   if (!allowance_->take_call(bytes)) return false;
   ++calls_;
@@ -146,27 +181,46 @@ bool ControlSession::take_call(std::size_t bytes) {
   return true;
 }
 
+void ControlSession::end_call(bool urgent, std::size_t bytes) {
+  quiet_since_ = clock_.now();
+  if (urgent) {
+    --urgent_calls_;
+  } else {
+    --calls_;
+    call_bytes_ -= bytes;
+    allowance_->end_call(bytes);
+  }
+  wake();
+}
+
 void ControlSession::on_line(std::string_view line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
   if (line.find_first_not_of(" \t") == std::string_view::npos) return;
   auto call = parse_control_call(line);
   if (!call) return send(std::move(call.error()));
-  if (!take_call(line.size())) {
+  const ControlMethod* const method = find_control_method(call->method);
+  const bool urgent = method != nullptr && method->urgent && line.size() <= kUrgentLine;
+  if (!urgent && seat_ == ControlSeat::urgent) {
+    return send(error_line(
+        call->id, RpcError(rpc_code::kTooManyClients,
+                           fmt::format("{} clients are connected already", options_.max_clients),
+                           "this one may only stop the run, hold the queue and "
+                           "ask for the status; close another one")));
+  }
+  if (!take_call(urgent, line.size())) {
     return send(error_line(call->id, RpcError(rpc_code::kTooManyCalls,
                                               "too many calls of this client, or too many bytes "
                                               "of all clients, are under way",
                                               "wait for their answers")));
   }
-  const ControlMethod* const method = find_control_method(call->method);
+  quiet_since_ = clock_.now();
   if (method != nullptr && method->watches) watching_ = true;
-  asio::co_spawn(socket_.get_executor(), answer(std::move(*call)),
-                 [self = shared_from_this(), bytes = line.size()](const std::exception_ptr& error) {
-                   --self->calls_;
-                   self->call_bytes_ -= bytes;
-                   self->allowance_->end_call(bytes);
-                   self->wake();
-                   if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
-                 });
+  asio::co_spawn(
+      socket_.get_executor(), answer(std::move(*call)),
+      [self = shared_from_this(), urgent, bytes = line.size()](const std::exception_ptr& error) {
+        self->end_call(urgent, bytes);
+        if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
+      });
 }
 
 Task<> ControlSession::answer(ControlCall call) {
@@ -192,6 +246,7 @@ Task<> ControlSession::write_loop() {
     if (r.index() == 1 || std::get<0>(std::get<0>(r))) break;
     queued_bytes_ -= queue_.front().size();
     queue_.pop_front();
+    quiet_since_ = clock_.now();
   }
   close();
 }

@@ -13,12 +13,20 @@
 #include "base/clock.hpp"
 #include "daemon/control/handler.hpp"
 #include "daemon/control/limits.hpp"
+#include "daemon/control/places.hpp"
 #include "daemon/control/user_names.hpp"
 
 namespace lcrig {
 
 struct ControlOptions {
   std::size_t max_clients = 64;
+  // Places beyond these, for stops and `status` only. A client keeps one for `reserve_patience`
+  // after its last call, and loses it earlier to another one that comes (places.hpp).
+  std::size_t reserve = 64;
+  Duration reserve_patience = std::chrono::seconds(2);
+  // A client that neither watches nor waits for an answer, and has been quiet for so long, gives
+  // its place to another one that comes when all are taken.
+  Duration idle = std::chrono::seconds(1);
   std::size_t max_calls = 16;  // of one client at the same time
   std::size_t max_call_bytes = std::size_t{4} << 20U;  // bytes of the lines of these calls
   std::size_t max_queue_bytes = std::size_t{1} << 20U;  // bytes of one client that wait to be sent
@@ -37,6 +45,9 @@ struct ControlOptions {
 
 struct ControlCall;
 
+// What a client may call.
+enum class ControlSeat { all, urgent };
+
 // Shared with its calls in progress, which may outlive the client: a run must not depend on whether
 // its client stays connected. `handler` and `clock` must outlive it.
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
@@ -44,7 +55,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   using Socket = asio::local::stream_protocol::socket;
 
   ControlSession(Socket socket, Clock& clock, ControlHandler& handler, PeerCredentials peer,
-                 ControlOptions options, std::shared_ptr<ControlAllowance> allowance);
+                 ControlOptions options, std::shared_ptr<ControlAllowance> allowance,
+                 ControlSeat seat = ControlSeat::all);
   ~ControlSession();
   ControlSession(const ControlSession&) = delete;
   ControlSession& operator=(const ControlSession&) = delete;
@@ -58,7 +70,12 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   // Reads no more, and ends when everything in progress and queued is answered and sent.
   void finish();
   void close();  // ends at once
+  // Ends at once, after as much of `line` as the client takes without waiting.
+  void dismiss(const std::string& line);
   bool watching() const { return watching_; }
+  bool closed() const { return closed_; }
+  ControlSeat seat() const { return seat_; }
+  ControlPlace place() const;
   // Memory for received lines: at most one line of the largest size, one chunk of reading, and the
   // calls in progress.
   std::size_t held_bytes() const { return in_.capacity() + call_bytes_; }
@@ -70,10 +87,12 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   Task<> write_loop();
   Task<bool> take_lines();  // false: end the connection when the queue is sent
   Task<> slow_down(std::size_t bytes);
-  bool take_call(std::size_t bytes);
+  std::size_t line_limit() const;
+  bool take_call(bool urgent, std::size_t bytes);
+  void end_call(bool urgent, std::size_t bytes);
   void on_line(std::string_view line);
   Task<> answer(ControlCall call);
-  bool idle() const { return queue_.empty() && !status_ && calls_ == 0; }
+  bool idle() const { return queue_.empty() && !status_ && calls_ == 0 && urgent_calls_ == 0; }
   void wake() { wake_.try_send(boost::system::error_code()); }
 
   Socket socket_;
@@ -87,9 +106,10 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   std::deque<std::string> queue_;
   std::size_t queued_bytes_ = 0;
   std::optional<std::string> status_;
-  std::size_t calls_ = 0, call_bytes_ = 0;  // in progress
+  std::size_t calls_ = 0, urgent_calls_ = 0, call_bytes_ = 0;  // in progress
   double tokens_;
-  MonoTime refilled_;
+  MonoTime refilled_, came_, quiet_since_;
+  ControlSeat seat_;
   bool watching_ = false, finishing_ = false, closed_ = false;
   asio::experimental::channel<void(boost::system::error_code)> wake_;
 };

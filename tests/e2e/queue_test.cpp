@@ -69,7 +69,7 @@ TEST_F(QueueRig, RunsADayFromTheCommandLine) {
   EXPECT_THAT(held.out, Not(HasSubstr("passive.json"))) << "a protocol has a name of its own";
   const Ended idle = lcrig({"stop", "--after", "run", "--socket", file("control.sock")});
   EXPECT_EQ(idle.code, 0) << idle.err;
-  EXPECT_EQ(idle.out, "the queue is held; no run goes on\n");
+  EXPECT_EQ(idle.out, "the queue is held; no run in progress\n");
   EXPECT_EQ(queue({"start"}).code, 0);
   Control client = control();
   await(client, at_gate);
@@ -166,7 +166,7 @@ TEST_F(QueueRig, KilledInARunItAsksWhatBecomesOfIt) {
     client.wait_for("status", [](const json& s) { return s.value("step", "") == "look"; }, 60s);
   }
   const Ended last = lcrig({"stop", "--after", "run", "--socket", file("control.sock")});
-  EXPECT_EQ(last.out, "the queue ends with the run that goes on\n") << last.err;
+  EXPECT_EQ(last.out, "the queue ends with the run in progress\n") << last.err;
   kill(first);
   daemon();
   const Ended none = queue({"start"});

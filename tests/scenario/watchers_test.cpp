@@ -156,5 +156,138 @@ TEST_F(Watchers, AnAbortAmongThemIsObeyedAtOnce) {
   EXPECT_LE(clock.now() - asked, 100ms);
 }
 
+// Clients who take every place and more, and do not give it back.
+class Crowd {
+ public:
+  virtual ~Crowd() = default;
+  virtual void act() {}  // whenever the daemon has nothing to do
+};
+
+class Idle : public Crowd {
+ public:
+  explicit Idle(const std::string& path) {
+    for (int i = 0; i < 64; ++i) clients_.push_back(std::make_unique<PlainClient>(path));
+  }
+
+ protected:
+  std::vector<std::unique_ptr<PlainClient>> clients_;
+};
+
+// They watch, and never read.
+class Stalled : public Idle {
+ public:
+  explicit Stalled(const std::string& path) : Idle(path) {
+    for (auto& client : clients_) client->call("watch");
+  }
+};
+
+// They watch, read, and call as fast as they are read.
+class Calling : public Idle {
+ public:
+  explicit Calling(const std::string& path) : Idle(path) {
+    for (auto& client : clients_) client->call("watch");
+  }
+  void act() override {
+    for (auto& client : clients_) {
+      client->push(text_);
+      client->take();
+    }
+  }
+
+ private:
+  const std::string text_ = request_line(1, "status", json::object());
+};
+
+class LongLines : public Crowd {
+ public:
+  explicit LongLines(const std::string& path) : flood_(path, 64) {}
+  void act() override { flood_.push(); }
+
+ private:
+  Flood flood_;
+};
+
+// 64 watch, 300 more are open at any time, and each is closed for a new one again and again.
+class Connections : public Stalled {
+ public:
+  explicit Connections(const std::string& path) : Stalled(path), path_(path) {
+    for (int i = 0; i < 300; ++i) open();
+  }
+  void act() override {
+    for (int i = 0; i < 20; ++i) {
+      others_.pop_front();
+      open();
+    }
+  }
+
+ private:
+  void open() {
+    others_.push_back(std::make_unique<PlainClient>(path_));
+    if (others_.size() % 2 == 0) others_.back()->call("status");
+  }
+  std::string path_;
+  std::deque<std::unique_ptr<PlainClient>> others_;
+};
+
+template <class Kind>
+std::unique_ptr<Crowd> make_crowd(const std::string& path) {
+  return std::make_unique<Kind>(path);
+}
+struct CrowdKind {
+  const char* name;
+  std::unique_ptr<Crowd> (*make)(const std::string& path);
+};
+constexpr CrowdKind kCrowds[] = {{"Idle", make_crowd<Idle>},
+                                 {"Stalled", make_crowd<Stalled>},
+                                 {"Calling", make_crowd<Calling>},
+                                 {"LongLines", make_crowd<LongLines>},
+                                 {"Connections", make_crowd<Connections>}};
+
+class UnderACrowd : public Watchers, public testing::WithParamInterface<CrowdKind> {
+ protected:
+  // A person who was not connected before stops the run; the time until the answer.
+  Duration stop_anew(const char* method, Crowd& crowd) {
+    const MonoTime asked = clock.now();
+    PlainClient person(socket_path());
+    person.call(method);
+    json said;
+    clock.run(io, [&] {
+      crowd.act();
+      for (const json& message : person.take()) said = message;
+      return !said.is_null() || person.gone() || clock.now() > asked + 10s;
+    });
+    EXPECT_TRUE(said.contains("result")) << method << ": " << said;
+    return clock.now() - asked;
+  }
+  void expect_stopped_from(const char* method, Duration into_the_run) {
+    auto owner = std::make_unique<PlainClient>(socket_path());
+    ASSERT_TRUE(answer(*owner, "run.start", start_request()).contains("result"));
+    owner.reset();
+    auto crowd = GetParam().make(socket_path());
+    const MonoTime begun = clock.now();
+    clock.run(io, [&] {
+      crowd->act();
+      return clock.now() > begun + into_the_run;
+    });
+    EXPECT_LE(stop_anew(method, *crowd), 100ms) << method;
+    clock.run(io, [&] {
+      crowd->act();
+      return !app->status().run || clock.now() > begun + 10min;
+    });
+    ASSERT_TRUE(app->status().last_run);
+    EXPECT_EQ(app->status().last_run->exit_status, ExitStatus::abort);
+  }
+};
+
+TEST_P(UnderACrowd, AnAbortAndAFreezeOfANewClientAreObeyedAtOnce) {
+  for (const Duration instant : {Duration(500ms), Duration(2500ms), Duration(6s)}) {
+    expect_stopped_from("run.abort", instant);
+    expect_stopped_from("run.freeze", instant);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(EachCrowd, UnderACrowd, testing::ValuesIn(kCrowds),
+                         [](const auto& kind) { return std::string(kind.param.name); });
+
 }  // namespace
 }  // namespace lcrig

@@ -87,7 +87,7 @@ class VerbCommand final : public Command {
 Failure VerbCommand::unheard(Failure failure) const {
   if (&verb_ == &kConfirm) return without_rehearsal(std::move(failure));
   failure.next =
-      "if the frame moves: stop it at the machine (E-stop); then: systemctl status lcrigd";
+      fmt::format("if the frame moves: stop it at the machine (E-stop); or: {}", kStopBySignal);
   return failure;
 }
 
@@ -96,7 +96,7 @@ std::string end_of_queue(ControlClient& client) {
   const auto status = client.call("status", json::object());
   const bool runs =
       status && status->is_object() && status->contains("run") && !status->at("run").is_null();
-  return runs ? "the queue ends with the run that goes on" : "the queue is held; no run goes on";
+  return runs ? "the queue ends with the run in progress" : "the queue is held; no run in progress";
 }
 
 Outcome<ExitCode> VerbCommand::run(Context& context) {

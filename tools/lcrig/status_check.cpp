@@ -20,11 +20,16 @@ class Checker {
   explicit Checker(const DaemonStatus& status) : status_(status) {}
 
   StatusCheck check() {
+    if (!status_.socket_trouble.empty()) {
+      find(Verdict::critical,
+           "no new client finds the daemon: " + printable(status_.socket_trouble, kLongest));
+    }
     for (const auto& i : status_.instruments) look_at(i);
     look_at_run();
     look_at_queue();
     if (!out_.words.empty()) return out_;
-    out_.words = status_.run ? fmt::format("run {} goes on", status_.run->run) : "no run goes on";
+    out_.words =
+        status_.run ? fmt::format("run {} in progress", status_.run->run) : "no run in progress";
     return out_;
   }
 

@@ -142,20 +142,6 @@ TEST_F(Control, AClientThatTakesNoBytesIsCutOffAfterTheWriteTimeout) {
   EXPECT_EQ(server->clients(), 0U);
 }
 
-TEST_F(Control, OneClientTooManyIsToldSo) {
-  ControlOptions options;
-  options.max_clients = 2;
-  start(options);
-  RawClient a(io, path);
-  RawClient b(io, path);
-  a.call(request("status"));
-  b.call(request("status"));
-  RawClient c(io, path);
-  EXPECT_EQ(c.read()["error"]["code"], rpc_code::kTooManyClients);
-  EXPECT_TRUE(c.sees_end());
-  EXPECT_TRUE(a.call(request("status")).contains("result"));
-}
-
 TEST_F(Control, TooManyCallsOfOneClientAreRefused) {
   ControlOptions options;
   options.max_calls = 2;

@@ -34,11 +34,11 @@ class StatusOfMonitoring : public ::testing::Test {
 
 TEST_F(StatusOfMonitoring, IsInOrderWithARunAndWithout) {
   EXPECT_EQ(verdict(), Verdict::ok);
-  EXPECT_EQ(words(), "no run goes on");
+  EXPECT_EQ(words(), "no run in progress");
   status.instruments.push_back(instrument(InstrumentCondition::unasked));
   begin_run();
   EXPECT_EQ(verdict(), Verdict::ok);
-  EXPECT_THAT(words(), HasSubstr("goes on"));
+  EXPECT_THAT(words(), HasSubstr("in progress"));
 }
 
 TEST_F(StatusOfMonitoring, AnInstrumentThatIsAwayIsWorseInARun) {
@@ -138,7 +138,7 @@ using StatusCheckOfADaemon = support::Served;
 
 TEST_F(StatusCheckOfADaemon, IsOneLineAndItsExitCode) {
   EXPECT_EQ(cli.run({"status", "--check"}), 0) << cli.err.str();
-  EXPECT_EQ(cli.out.str(), "LCRIG OK: no run goes on\n");
+  EXPECT_EQ(cli.out.str(), "LCRIG OK: no run in progress\n");
   on_server([this] {
     handler.state.instruments.push_back(instrument(InstrumentCondition::fault, "no answer"));
   });
