@@ -10,6 +10,7 @@
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/queue_request.hpp"
+#include "tools/lcrig/queue_words.hpp"
 
 namespace lcrig::cli {
 
@@ -122,6 +123,16 @@ class RunCommand final : public Command {
   bool detach_ = false, dry_run_ = false, next_ = false;
 };
 
+// Says what has to happen before a run starts, so that nobody waits for what waits for them.
+void say_idle(Context& context, const DaemonStatus& status) {
+  context.console.note(idle_words(status.queue, status.correcting) + "; Ctrl-C leaves");
+  if (!status.queue) return;
+  GlobalOptions daemon = context.global;
+  daemon.db.clear();
+  const auto next = next_for_queue(daemon, *status.queue);
+  if (!next.empty()) context.console.next(next);
+}
+
 Outcome<ExitCode> watch(Context& context, const std::string&) {
   StopSignals signals;
   auto client = ControlClient::connect(context);
@@ -134,8 +145,7 @@ Outcome<ExitCode> watch(Context& context, const std::string&) {
   if (status->run) {
     options.run = status->run->run;
   } else {
-    fmt::print(context.console.err, "no run goes on; waiting for one (Ctrl-C leaves)\n");
-    context.console.err.flush();
+    say_idle(context, *status);
   }
   auto end = follow_run(context, *client, signals, options);
   if (!end) return end.error();

@@ -65,8 +65,15 @@ std::string instrument_words(const InstrumentState& i) {
   return out;
 }
 
-// `daemon`: the options with which the daemon was found.
-void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions& daemon) {
+void print_last(std::ostream& out, const RunOutcome& last) {
+  fmt::print(out, "last: run {} {}{}{}\n", last.run, to_string(last.exit_status),
+             last.reason.empty() ? "" : " (" + printable(last.reason, kLongestWords) + ")",
+             last.simulated ? " (simulated)" : "");
+}
+
+void print_status(Context& context, std::ostream& out, const DaemonStatus& s) {
+  GlobalOptions daemon = context.global;
+  daemon.db.clear();
   fmt::print(out, "lcrigd {}  database {}\n", printable(s.version, kLongestName),
              printable(s.database, kLongestWords));
   for (const auto& i : s.instruments) {
@@ -75,7 +82,7 @@ void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions&
                printable(i.port, kLongestWords), identity.empty() ? "" : "  ", identity);
   }
   // A queue that is not in use is not shown.
-  if (s.queue && (s.queue->count > 0 || s.queue->going)) print_queue(out, *s.queue);
+  if (s.queue && is_in_use(*s.queue)) print_queue(out, *s.queue);
   if (s.run) {
     fmt::print(out, "run {}  {} on {}  {}{}\n", s.run->run,
                printable(s.run->protocol, kLongestName), printable(s.run->specimen, kLongestName),
@@ -86,19 +93,14 @@ void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions&
     }
     return;
   }
-  if (s.correcting) {
-    fmt::print(out, "the meter's open or short correction is being made: up to two minutes\n");
-  }
-  fmt::print(out, "no run goes on\n");
+  fmt::print(out, "{}\n", idle_words(s.queue, s.correcting));
   for (const auto& r : s.resumable) {
     fmt::print(out, "interrupted: {}; {} continues it\n", words_of(r),
                next_command(daemon, {"resume", std::to_string(r.run)}));
   }
-  if (!s.last_run) return;
-  const auto& last = *s.last_run;
-  fmt::print(out, "last: run {} {}{}{}\n", last.run, to_string(last.exit_status),
-             last.reason.empty() ? "" : " (" + printable(last.reason, kLongestWords) + ")",
-             last.simulated ? " (simulated)" : "");
+  if (s.last_run) print_last(out, *s.last_run);
+  if (!s.queue || !is_in_use(*s.queue)) return;
+  if (const auto next = next_for_queue(daemon, *s.queue); !next.empty()) context.console.next(next);
 }
 
 class StatusCommand final : public Command {
@@ -119,9 +121,7 @@ class StatusCommand final : public Command {
     client->tell_other_database(context);
     auto status = parse_daemon_status(*answer);
     if (!status && !context.global.json) return Failure(status.error());
-    GlobalOptions daemon = context.global;
-    daemon.db.clear();
-    return show(context, *answer, [&](std::ostream& out) { print_status(out, *status, daemon); });
+    return show(context, *answer, [&](std::ostream& out) { print_status(context, out, *status); });
   }
 
  private:

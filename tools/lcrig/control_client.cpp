@@ -86,6 +86,7 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
   if (method == "status") return wrap(parse_run_status(params));
   if (method == "event") return wrap(parse_run_event(params));
   if (method == "run_ended") return wrap(parse_run_outcome(params));
+  if (method == "queue") return wrap(parse_queue_status(params));
   return std::optional<ControlNews>();  // a message of a newer daemon
 }
 

@@ -21,7 +21,7 @@ struct ControlAnswer {
   std::int64_t id = 0;
   std::optional<Failure> failure;
 };
-using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
+using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, QueueStatus, ControlAnswer>;
 
 // For a call that plans a run: it may have to wait for the instruments first.
 inline constexpr Duration kPlanPatience = std::chrono::minutes(2);

@@ -18,6 +18,7 @@
 #include "events/event_words.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/queue_words.hpp"
 
 namespace lcrig::cli {
 
@@ -129,6 +130,13 @@ class Follower {
     if (std::ranges::find(kQuiet, note.event.kind.kind()) != kQuiet.end()) return;
     line_.say_one_line(printable(line_of(note.event), kLongestWords));
   }
+  // Before a run starts: what it waits for.
+  void on(const QueueStatus& queue) {
+    if (run_ > 0 || options_.run > 0 || !is_in_use(queue)) return;
+    const auto words = idle_words(queue, false);
+    if (words != idle_words_) line_.say(words);
+    idle_words_ = words;
+  }
   void on(RunOutcome& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);
   }
@@ -184,6 +192,7 @@ class Follower {
   LiveLine line_;
   std::optional<RunOutcome> ended_;
   std::int64_t run_ = 0;
+  std::string idle_words_;  // the last that was said of the queue
   int stops_ = 0;
   std::optional<MonoTime> hint_at_;
   bool prompted_ = false;

@@ -63,7 +63,7 @@ TEST_F(Served, StatusSaysWhatIsKnownOfTheInstrumentsAndFromWhere) {
             "lcrigd 9.9  database \n"
             "lcr    absent for 28 s: no such port; asked 2 s ago  serial:/dev/ttyUSB0\n"
             "frame  ready (simulated), seen 3 min ago in run 12  tcp:h:1  Zwick\n"
-            "no run goes on\n"
+            "no run in progress\n"
             "last: run 12 success (simulated)\n");
   EXPECT_EQ(cli.run({"status", "--json"}), 0);
   const auto lcr = nlohmann::json::parse(cli.out.str())["instruments"][0];
