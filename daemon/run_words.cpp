@@ -37,8 +37,8 @@ std::string service_line(const RunStatus& s) {
                           to_string(s.state));
   if (!s.step_id.empty()) line += ", " + s.step_id;
   if (all_s > 0) {
-    line += fmt::format(", {:.0f} %, {:.0f} min left", std::floor(100 * s.elapsed_s / all_s),
-                        std::ceil(s.left_s / 60));
+    line += fmt::format(", {:.0f} %, {}{:.0f} min left", std::floor(100 * s.elapsed_s / all_s),
+                        s.overdue ? "more than " : "", std::ceil(s.left_s / 60));
   }
   return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
 }

@@ -160,6 +160,7 @@ void fields(F& f, Of<F, RunStatus>& s) {
   f.number("elapsed_s", s.elapsed_s);
   f.number("planned_s", s.planned_s);
   f.number("left_s", s.left_s);
+  f.boolean("overdue", s.overdue);
   f.integer("lcr_readings", s.lcr_readings);
   f.integer("measure_readings", s.measure_readings);
   f.integer("unproven_readings", s.unproven_readings);

@@ -6,6 +6,18 @@
 
 namespace lcrig {
 
+namespace {
+
+// People are shown whole seconds, rounded.
+constexpr double kUnseen_s = 0.5;
+
+bool is_waiting(RunState state) {
+  return state == RunState::paused || state == RunState::waiting_for_operator ||
+         state == RunState::waiting_for_instrument;
+}
+
+}  // namespace
+
 double Pace::planned_of(const std::string& id) const {
   const auto it = planned_.step_s.find(id);
   return it == planned_.step_s.end() ? 0 : it->second;
@@ -33,8 +45,10 @@ void Pace::write_to(RunProgress& progress) const {
   if (start_ == MonoTime()) return;
   const MonoTime now = clock_.now();
   progress.elapsed_s = to_seconds(now - start_);
-  const double in_step_s = std::min(step_s_, to_seconds(now - step_began_));
-  progress.left_s = std::max(0.0, planned_.total_s - passed_s_ - in_step_s);
+  const double in_step_s = to_seconds(now - step_began_);
+  progress.left_s = std::max(0.0, planned_.total_s - passed_s_ - std::min(step_s_, in_step_s));
+  const bool late = in_step_s > step_s_ + kUnseen_s;
+  progress.overdue = planned_.total_s > 0 && (late || is_waiting(progress.state));
 }
 
 }  // namespace lcrig

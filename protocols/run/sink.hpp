@@ -65,7 +65,10 @@ struct RunProgress {
   std::string step_id, step_kind;
   std::int64_t repeat = 0, repeats = 0;
   double elapsed_s = 0, planned_s = 0;
-  double left_s = 0;  // planned time left; does not fall while a step takes longer than planned
+  double left_s = 0;  // planned time left
+  // The current step takes longer than planned, or the run waits: `left_s` follows after that, and
+  // stands still.
+  bool overdue = false;
   std::int64_t steps_done = 0;  // leaf steps, in the order of execution
   // The part at whose end it stops or pauses, on request: "level"; empty: no such request.
   std::string stops_after, pauses_at;

@@ -83,8 +83,10 @@ std::optional<double> fraction(const RunStatus& s) {
   return std::clamp(s.elapsed_s / all_s, 0.0, 1.0);
 }
 
+// "left >0:23" while the current step takes longer than planned, because nobody knows how long.
 std::string left_part(const RunStatus& s) {
-  return s.planned_s > 0 ? "left " + format_time(s.left_s) : std::string();
+  if (!(s.planned_s > 0)) return "";
+  return fmt::format("left {}{}", s.overdue ? ">" : "", format_time(s.left_s));
 }
 
 std::string percent_part(const RunStatus& s) {
