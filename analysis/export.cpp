@@ -127,6 +127,7 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"tags", listing.tags},
             {"simulated", r.simulated},
             {"started", iso_time(r.started_unix_ns)},  // the instant at which t_s is 0
+            {"made", iso_time(true_time_ns(r))},  // another one for a rehearsal
             {"ended", nullptr},
             {"parameters", json_or_text(r.parameters_json)},
             {"lcr_identity", r.lcr_identity},

@@ -33,6 +33,7 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       config_(std::move(config)),
       vfs_(std::move(parts.vfs)),
       sync_each_commit_(parts.sync_each_commit),
+      true_clock_(parts.true_clock),
       notifier_(std::move(parts.notifier)),
       person_(executor_),
       known_(clock),
@@ -80,6 +81,7 @@ Result<> App::open() {
   Recorder::Options options(config_.database);
   options.vfs = vfs_;
   options.sync_each_commit = sync_each_commit_;
+  options.true_clock = true_clock_;
   return keep(Recorder::open(io_, clock_, std::move(options)), recorder_);
 }
 

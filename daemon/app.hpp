@@ -36,6 +36,7 @@ struct AppParts {
   std::string vfs;  // SQLite's VFS for the database; empty: the operating system's
   ServiceNotifier notifier;
   bool sync_each_commit = true;  // Recorder::Options
+  const Clock* true_clock = nullptr;  // the same; it must outlive App
   ControlOptions control;
 };
 
@@ -85,6 +86,7 @@ class App final : public ControlHandler {
   Config config_;
   std::string vfs_;
   bool sync_each_commit_;
+  const Clock* true_clock_;
   ServiceNotifier notifier_;
   RemoteOperator person_;
   KnownRig known_;

@@ -61,6 +61,7 @@ class RunRehearsal final : public Rehearsal {
         [this](const InstrumentsRequest&) { return std::move(instruments_); });
     if (drill_) parts.vfs = drill_->disk();
     parts.sync_each_commit = drill_ != nullptr;  // a drill may let the disk fail
+    parts.true_clock = &wall_;
     Config config;
     config.database = request_.db_path;
     app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));

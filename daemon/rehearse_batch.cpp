@@ -47,6 +47,7 @@ class BatchRehearsal final : public Rehearsal {
     parts.rig = std::make_unique<RehearsalRig>(
         [this](const InstrumentsRequest& wanted) { return make_instruments(wanted); });
     parts.sync_each_commit = false;
+    parts.true_clock = &wall_;
     app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));
     if (auto opened = app_->open_with_queue(); !opened) return opened;
     return empty_queue();

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 // rows that it refers to. The queue is not copied, because it belongs to a rig.
 constexpr std::array kTablesOfRun{"run",        "run_end",     "run_note",     "level",
                                   "event",      "lcr_reading", "frame_sample", "chain",
-                                  "run_anchor", "run_tag"};
+                                  "run_anchor", "run_tag",     "run_made"};
 // Rows, some megabytes, between two checks of the free space and for a stop.
 constexpr std::int64_t kRowsOfStep = 32'768;
 

@@ -17,8 +17,8 @@ namespace {
 constexpr std::string_view kListing =
     "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, coalesce(lcr_reading_seq, 0),"
-    " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}, {}"
-    " FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
+    " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}, {}, {}"
+    " FROM run LEFT JOIN run_end ON run_end.run_id = run.id {}"
     " LEFT JOIN chain ON chain.run_id = run.id AND chain.run_end = 1 AND chain.seq ="
     " (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id AND c.run_end = 1)";
 
@@ -27,7 +27,10 @@ Result<std::string> listing_sql(const Database& db) {
   if (!named) return fail(named.error());
   auto unproven = may_be_unproven_sql(db);
   if (!unproven) return fail(unproven.error());
-  return fmt::format(kListing, *named ? "uuid" : "''", *unproven);
+  auto dated = has_table(db, "run_made");
+  if (!dated) return fail(dated.error());
+  return fmt::format(kListing, *named ? "uuid" : "''", *unproven, *dated ? "made_unix_ns" : "NULL",
+                     *dated ? "LEFT JOIN run_made ON run_made.run_id = run.id" : "");
 }
 
 struct ReadListing {
@@ -41,7 +44,7 @@ Result<RunListing> ReadListing::operator()(const Statement& s) const {
   std::optional<std::string> end;
   s.read(out.run, out.protocol_name, out.specimen_name, out.operator_name, out.simulated,
          out.started_unix_ns, end, out.reason, out.ended_unix_ns, out.lcr_readings,
-         out.frame_samples, out.levels, out.events, out.uuid, may_be_unproven);
+         out.frame_samples, out.levels, out.events, out.uuid, may_be_unproven, out.made_unix_ns);
   if (may_be_unproven) {
     auto counted = keep(count_unproven(db, out.run), out.unproven_readings);
     if (!counted) return fail(counted.error());
@@ -91,6 +94,12 @@ RunRow read_run(const Statement& s) {
   return r;
 }
 
+Result<std::optional<std::int64_t>> time_of_making(const Database& db, std::int64_t run) {
+  return read_if(has_table(db, "run_made"), [&] {
+    return db.first<std::int64_t>("SELECT made_unix_ns FROM run_made WHERE run_id = ?", run);
+  });
+}
+
 }  // namespace
 
 std::string_view status_of(const RunListing& listing) {
@@ -114,12 +123,15 @@ Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& f
   // An older schema has neither tags nor their view.
   const std::string tagged =
       tags->empty() ? "?6 = ''" : "(?6 = '' OR run.id IN (SELECT run FROM v_tag WHERE tag = ?6))";
+  auto dated = has_table(db, "run_made");
+  if (!dated) return fail(dated.error());
+  const std::string made = *dated ? "made_unix_ns" : "NULL";
   auto all =
       db.rows(*sql +
                   " WHERE (?1 = '' OR specimen_name = ?1) AND (?2 = '' OR protocol_name = ?2)"
                   " AND (?3 = '' OR run.operator = ?3) AND (?4 = '' OR exit_status = ?4)"
-                  " AND (?5 IS NULL OR started_unix_ns >= ?5) AND " +
-                  tagged + " ORDER BY run.id DESC",
+                  " AND (?5 IS NULL OR coalesce(" +
+                  made + ", started_unix_ns) >= ?5) AND " + tagged + " ORDER BY run.id DESC",
               ReadListing{db}, filter.specimen, filter.protocol, filter.operator_name, end,
               filter.since_unix_ns, filter.tag);
   if (!all) return fail(all.error());
@@ -162,6 +174,7 @@ Result<RunRow> get_run(const Database& db, std::int64_t run) {
   auto uuid = get_uuid(db, run);
   if (!uuid) return fail(uuid.error());
   row.uuid = uuid->value_or("");
+  if (auto made = keep(time_of_making(db, run), row.made_unix_ns); !made) return fail(made.error());
   auto copied = keep(get_copied_from(db, run), row.copied_from);
   if (!copied) return fail(copied.error());
   return std::move(row);

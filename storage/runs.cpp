@@ -165,6 +165,10 @@ Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
   ChainHead head;
   head.run = *id;
   if (auto r = chain->append(head, hash); !r) return fail(r.error());
+  if (row.made_unix_ns) {
+    auto r = db.change("INSERT INTO run_made VALUES (?,?)", *id, *row.made_unix_ns);
+    if (!r) return fail(r.error());
+  }
   if (auto r = note_specimen_of_run(db, row.specimen_name); !r) return fail(r.error());
   if (row.queue_entry) {
     auto claimed = claim_queue_entry(db, *row.queue_entry, *id, row.started_unix_ns);

@@ -42,6 +42,8 @@ struct RunRow {
   std::string operator_name, note;
   std::int64_t started_unix_ns = 0;  // the same instant on both clocks
   MonoTime started;
+  // Of a rehearsal, whose clock always begins at the same instant: when it was made.
+  std::optional<std::int64_t> made_unix_ns;
   std::string boot_id;
   // The entry of the queue that this run belongs to; it is stored in table queue_attempt.
   std::optional<std::int64_t> queue_entry;
@@ -74,6 +76,7 @@ struct RunListing {
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
   std::int64_t started_unix_ns = 0;
+  std::optional<std::int64_t> made_unix_ns;  // of a rehearsal (RunRow)
   std::optional<ExitStatus> exit_status;  // absent: the run goes on, or was cut off
   bool goes_on = false;
   std::string reason;
@@ -87,8 +90,14 @@ struct RunFilter {
   std::string specimen, protocol, operator_name;  // empty: any
   std::string status;  // a word of status_of(); empty: any
   std::string tag;  // empty: any or none
-  std::optional<std::int64_t> since_unix_ns;  // started then or later
+  std::optional<std::int64_t> since_unix_ns;  // truly made then or later
 };
+
+// When a run was truly made, whatever its own clock showed.
+template <class Run>
+std::int64_t true_time_ns(const Run& run) {
+  return run.made_unix_ns.value_or(run.started_unix_ns);
+}
 
 // How the run ended; "running" while it is recorded; "cut off" when it has no end and no recorder.
 std::string_view status_of(const RunListing& listing);

@@ -28,7 +28,7 @@ std::string results_table(std::span<const ReportRun> runs) {
   };
   row("protocol", [](const ReportRun& r) { return text(r.data.row.protocol_name); });
   row("origin", simulated_word);
-  row("started", [](const ReportRun& r) { return iso_time(r.data.row.started_unix_ns); });
+  row("made", [](const ReportRun& r) { return iso_time(true_time_ns(r.data.row)); });
   row("ended as", [](const ReportRun& r) {
     return std::string(to_string(r.data.listing.exit_status, "still going on"));
   });

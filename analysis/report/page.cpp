@@ -35,7 +35,7 @@ std::string titled(const std::string& title, const std::string& body) {
 std::string head_facts(const ReportRun& run) {
   const RunRow& row = run.data.row;
   return paragraph(fmt::format("{}, {}; operator {}; {:.0f} s; {} readings",
-                               text(row.protocol_name), iso_time(row.started_unix_ns),
+                               text(row.protocol_name), iso_time(true_time_ns(row)),
                                text(row.operator_name.empty() ? "–" : row.operator_name),
                                run.data.duration_s, run.data.fresh_readings),
                    "lead");

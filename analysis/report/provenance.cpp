@@ -193,7 +193,8 @@ std::string provenance_table(const ReportRun& run) {
                                           "of there",
                                           from->run, text(from->file))});
   }
-  table.row({"started", iso_time(row.started_unix_ns)});
+  table.row({"made", iso_time(true_time_ns(row))});
+  if (row.made_unix_ns) table.row({"started, on its own clock", iso_time(row.started_unix_ns)});
   table.row({"ended", (listing.ended_unix_ns ? iso_time(*listing.ended_unix_ns) : "–") + ", " +
                           std::string(status_of(listing)) +
                           (listing.reason.empty() ? "" : ": " + text(listing.reason))});

@@ -160,6 +160,7 @@ Task<Result<std::int64_t>> Recorder::begin_run(RunRow row) {
   if (accepting_) co_return fail(Errc::busy, "{}: another run is going on", options_.path);
   auto request = std::make_shared<Request>(io_, Request::Kind::begin);
   request->row = std::move(row);
+  if (options_.true_clock != nullptr) request->row.made_unix_ns = options_.true_clock->unix_ns();
   auto done = co_await submit(request);
   if (!done) co_return fail(done.error());
   accepting_ = true;

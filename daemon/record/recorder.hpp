@@ -67,6 +67,8 @@ class Recorder final : public RunSink {
     // False for rehearsals: a commit takes the rows of 1 s, and only the end of a run waits for the
     // disk. A power cut then loses the rehearsal, but does not damage the database.
     bool sync_each_commit = true;
+    // For rehearsals: the true time, which is stored beside that of their own clock.
+    const Clock* true_clock = nullptr;
     // How long rows wait for another program's lock, and how often the wait is reported. A program
     // that was forgotten in an open transaction should not end a long run at once. Rows that wait
     // are lost if the power fails.

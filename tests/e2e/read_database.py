@@ -102,6 +102,7 @@ def compare_run(connection, export):
     exported["probe_diameter_mm"] = package["probe_diameter_m"] * 1e3
     exported["parameters_json"] = package["parameters"]
     exported["started_utc"] = package["started"]
+    exported["made_utc"] = package["made"]
     exported["duration_s"] = seconds(package["ended"]) - seconds(package["started"])
     if run.keys() != exported.keys():
         sys.exit(f"v_run has other columns than this test knows: {run.keys() ^ exported.keys()}")
@@ -109,7 +110,7 @@ def compare_run(connection, export):
         other = exported[name]
         if name == "parameters_json":
             equal = json.loads(value) == other
-        elif name == "started_utc":  # whole seconds
+        elif name in ("started_utc", "made_utc"):  # whole seconds
             equal = 0 <= seconds(other) - seconds(value) < 1
         elif name == "duration_s":  # difference of times in milliseconds
             equal = abs(value - other) < 2e-3

@@ -8,11 +8,14 @@
 
 #include "analysis/analysis.hpp"
 #include "analysis/line_fit.hpp"
+#include "base/clock.hpp"
 #include "base/strict_json.hpp"
 #include "daemon/rehearse.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_file.hpp"
+#include "storage/chain.hpp"
 #include "storage/database.hpp"
+#include "storage/runs.hpp"
 #include "tests/support/protocol_text.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -30,6 +33,30 @@ RunAnalysis rehearsed(RehearseRequest request) {
   if (!result) throw std::runtime_error(result.error().what);
   EXPECT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   return analyse(open_read_only(request.db_path).value(), result->run).value();
+}
+
+// Its clock stays, so that it gives the same rows; beside it stands when it was made.
+TEST(RehearsalTimes, TheClockOfARehearsalIsFixedAndTheTimeOfItsMakingTrue) {
+  const TempDir dir;
+  const std::int64_t before = RealClock().unix_ns();
+  std::vector<RunRow> rows;
+  for (const char* name : {"a.db", "b.db"}) {
+    RehearseRequest request;
+    request.protocol_name = "static-frame";
+    request.protocol_text = library(request.protocol_name);
+    request.specimen_name = "paper-1";
+    request.specimen_text = std::string(shipped_specimens().front().text);
+    request.parameters = {{"levels", "2"}, {"repeats", "1"}};
+    request.db_path = dir.file(name);
+    ASSERT_TRUE(rehearse(request));
+    const auto db = open_read_only(request.db_path).value();
+    rows.push_back(get_run(db, 1).value());
+    EXPECT_TRUE(verify_chain(db, 1).value().intact);
+    ASSERT_TRUE(rows.back().made_unix_ns);
+    EXPECT_GE(*rows.back().made_unix_ns, before);
+    EXPECT_LE(*rows.back().made_unix_ns, RealClock().unix_ns());
+  }
+  EXPECT_EQ(rows[0].started_unix_ns, rows[1].started_unix_ns);
 }
 
 RehearseRequest of_paper_1(const std::string& protocol, std::uint64_t seed) {

@@ -42,11 +42,11 @@ std::string remarks(const RunListing& r) {
 }
 
 void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
-  fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "started", "protocol",
+  fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "made", "protocol",
              "specimen", "status", "readings", "samples");
   for (const auto& r : runs) {
     fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
-               format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
+               format_utc(true_time_ns(r)), printable(r.protocol_name, kLongestName),
                printable(r.specimen_name, kLongestName), status_of(r), r.lcr_readings,
                r.frame_samples, remarks(r));
   }
@@ -74,7 +74,7 @@ class RunsListCommand final : public Command {
     statuses.insert(statuses.end(), {std::string(kRunGoesOn), kCutOffAsTyped});
     list.one_of("--status", status_, statuses, "Only those that ended so");
     list.option("--tag", tag_, kTagWord, "Only those that have it");
-    list.option("--since", since_, "TIME", "Begun then or later: 2026-01-31, \"2026-01-31 18:00\"");
+    list.option("--since", since_, "TIME", "Made then or later: 2026-01-31, \"2026-01-31 18:00\"");
   }
   Outcome<ExitCode> run(Context& context) override {
     auto filter = wanted(context);

@@ -221,7 +221,7 @@ void Completion::add_runs() {
   for (const auto& r : *runs | std::views::take(kMostProposed)) {
     candidates_.add(std::to_string(r.run),
                     fmt::format("{} on {}, {}, {}", r.protocol_name, r.specimen_name, status_of(r),
-                                format_utc(r.started_unix_ns)));
+                                format_utc(true_time_ns(r))));
   }
 }
 

@@ -111,8 +111,9 @@ std::string run_listing_line(const RunListing& r) {
   const auto status = r.exit_status ? in_quotes(to_string(*r.exit_status)) : "null";
   fmt::format_to(add, R"({{"ended":{},"events":{},"exit_status":{},"frame_samples":{},)", ended,
                  r.events, status, r.frame_samples);
-  fmt::format_to(add, R"("goes_on":{},"lcr_readings":{},"levels":{},"operator":{},)", r.goes_on,
-                 r.lcr_readings, r.levels, in_quotes(r.operator_name));
+  fmt::format_to(add, R"("goes_on":{},"lcr_readings":{},"levels":{},"made":{},"operator":{},)",
+                 r.goes_on, r.lcr_readings, r.levels, in_quotes(format_utc(true_time_ns(r))),
+                 in_quotes(r.operator_name));
   fmt::format_to(add, R"("protocol":{},"reason":{},"run":{},"simulated":{},)",
                  in_quotes(r.protocol_name), in_quotes(r.reason), r.run, r.simulated);
   fmt::format_to(

@@ -41,6 +41,7 @@ class RunCopies : public testing::Test {
     row.specimen_name = "paper-1";
     row.specimen_text = "the text";
     row.probe_diameter_m = 0.004;
+    row.made_unix_ns = 4;
     ASSERT_EQ(insert_run(db_, row).value_or(0), 1);
     add_rows(1);
     ASSERT_TRUE(insert_run_end(db_, 1, RunEnd()));
@@ -157,7 +158,7 @@ TEST_F(RunCopies, AreWholeAndKeepTheirNameAndTheirChain) {
     EXPECT_EQ(get_anchor(other, run.to).value(), get_anchor(db_, run.from).value());
   }
   for (const char* table : {"run", "run_end", "run_note", "level", "event", "lcr_reading",
-                            "frame_sample", "chain", "run_anchor", "run_tag"}) {
+                            "frame_sample", "chain", "run_anchor", "run_tag", "run_made"}) {
     EXPECT_EQ(all_rows(other, table, 5), all_rows(db_, table, 1)) << table;
     EXPECT_FALSE(all_rows(other, table, 5).empty()) << table;
   }
@@ -180,7 +181,7 @@ TEST_F(RunCopies, LeaveNoTableOut) {
                                           "queue_entry",  // likewise
                                           "run_anchor",
                                           "run_copy",  // written anew
-                                          "run_end", "run_note", "run_tag"));
+                                          "run_end", "run_made", "run_note", "run_tag"));
 }
 
 TEST_F(RunCopies, TakeNotesAndAreCopiedOn) {

@@ -121,6 +121,31 @@ TEST_F(Runs, AreFoundAgain) {
   EXPECT_EQ(found({"--status", "running"}), Numbers({2}));
 }
 
+// The clock of every rehearsal begins at the same instant: by it none would be one of last week.
+TEST_F(Runs, OfRehearsalsAreShownAndFoundByTheTimeOfTheirMaking) {
+  {
+    const auto db = open_read_write(path).value();
+    RunRow row;
+    row.protocol_name = "press";
+    row.started_unix_ns = 1'767'225'600'000'000'000;  // 2026-01-01
+    row.made_unix_ns = 1'780'000'000'000'000'000;  // 2026-05-28
+    ASSERT_EQ(insert_run(db, row).value(), 3);
+    ASSERT_TRUE(insert_run_end(db, 3, RunEnd()));
+  }
+  ASSERT_EQ(cli.run({"runs", "list", "--since", "2026-05-01"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("2026-05-28T20:26:40Z"), Not(HasSubstr("2026-01"))));
+  ASSERT_EQ(cli.run({"runs", "show", "3", "--json"}), 0) << cli.err.str();
+  const auto shown = json::parse(cli.out.str());
+  EXPECT_EQ(shown["started"], "2026-01-01T00:00:00Z");
+  EXPECT_EQ(shown["made"], "2026-05-28T20:26:40Z");
+  const auto folder = cli.dir.file("out");
+  ASSERT_EQ(cli.run({"export", "3", "-o", folder}), 0) << cli.err.str();
+  EXPECT_EQ(package(folder)["lcrig"]["started"], "2026-01-01T00:00:00.000+00:00");
+  EXPECT_EQ(package(folder)["lcrig"]["made"], "2026-05-28T20:26:40.000+00:00");
+  ASSERT_EQ(cli.run({"runs", "show", "1", "--json"}), 0) << cli.err.str();
+  EXPECT_EQ(json::parse(cli.out.str())["made"], "2026-01-01T00:00:00Z") << "a run that is none";
+}
+
 TEST_F(Runs, AreFoundByTheirTagsAndTheirUuid) {
   ASSERT_EQ(cli.run({"runs", "tag", "1", "thesis", "good"}), 0) << cli.err.str();
   EXPECT_EQ(cli.out.str(), "run 1: good thesis\n");
