@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/name_rule.hpp"
 #include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 
@@ -92,9 +93,12 @@ Specimen read_specimen(const JsonReader& reader) {
   return s;
 }
 
-Result<Specimen> from_document(const JsonDocument& document) {
+Result<Specimen> from_document(const JsonDocument& document, bool brought_in) {
   const JsonReader reader(document);
   Specimen specimen = read_specimen(reader);
+  if (const auto why = brought_in && reader.sound() ? why_no_name(specimen.name) : std::nullopt) {
+    reader.at("name").refuse(*why);
+  }
   if (auto ok = reader.result(); !ok) return fail(ok.error());
   if (auto ok = check_specimen(specimen); !ok) {
     return fail(ok.error().code, "{}: {}", document.name(), ok.error().what);
@@ -107,13 +111,19 @@ Result<Specimen> from_document(const JsonDocument& document) {
 Result<Specimen> parse_specimen(std::string_view text, const std::string& source) {
   auto document = JsonDocument::parse(text, source);
   if (!document) return fail(document.error());
-  return from_document(*document);
+  return from_document(*document, false);
+}
+
+Result<Specimen> accept_specimen(std::string_view text, const std::string& source) {
+  auto document = JsonDocument::parse(text, source);
+  if (!document) return fail(document.error());
+  return from_document(*document, true);
 }
 
 Result<Specimen> load_specimen(const std::string& path) {
   auto document = load_json(path);
   if (!document) return fail(document.error());
-  return from_document(*document);
+  return from_document(*document, true);
 }
 
 }  // namespace lcrig

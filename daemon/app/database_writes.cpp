@@ -9,6 +9,7 @@
 #include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/control/audit.hpp"
+#include "model/plausible.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
@@ -73,15 +74,20 @@ Task<Result<std::vector<std::string>>> DatabaseWrites::tag_run(TagRequest reques
   co_return tags;
 }
 
-Task<Result<std::string>> DatabaseWrites::add_specimen(std::string text, PeerCredentials peer) {
+Task<Result<std::string>> DatabaseWrites::add_specimen(SpecimenToAdd wanted, PeerCredentials peer) {
   if (storing_) co_return is_storing();
   storing_ = true;
   const std::int64_t now = clock_.unix_ns();
-  const auto job = [this, &text, now]() -> Result<std::string> {
-    auto specimen = parse_specimen(text, "specimen");
+  const auto job = [this, &wanted, now]() -> Result<std::string> {
+    auto specimen = accept_specimen(wanted.text, "specimen");
     if (!specimen) return fail(specimen.error());
+    const auto odd = wanted.as_stated ? std::vector<std::string>() : implausible_values(*specimen);
+    if (!odd.empty()) {
+      return fail(Errc::invalid_request, "{}; \"as_stated\": true stores it all the same",
+                  fmt::join(odd, "; "));
+    }
     const auto add = [&](const Database& db) {
-      return lcrig::add_specimen(db, specimen->name, text, now);
+      return lcrig::add_specimen(db, specimen->name, wanted.text, now);
     };
     auto stored = write_to(database_, add);
     if (!stored) return fail(stored.error());

@@ -23,7 +23,7 @@ class DatabaseWrites final : public StoreHandler {
   // Only one of these works at a time.
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials peer) override;
-  Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
+  Task<Result<std::string>> add_specimen(SpecimenToAdd specimen, PeerCredentials peer) override;
 
   // Adds a note of the daemon itself to each of these runs. If that fails, it is only logged.
   Task<> note(std::vector<std::int64_t> runs, std::string text);

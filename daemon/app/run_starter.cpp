@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/aside.hpp"
+#include "base/name_rule.hpp"
 #include "base/spawn.hpp"
 #include "base/text.hpp"
 #include "daemon/continuation.hpp"
@@ -42,7 +43,11 @@ Result<> RunStarter::find_texts(RunRequest& wanted) const {
   if (wanted.protocol_text.empty()) {
     return fail(Errc::invalid_request, "`protocol_text` is missing: send the text of the file");
   }
-  if (!wanted.specimen_text.empty()) return {};
+  if (!wanted.specimen_text.empty()) {
+    const auto why = why_no_name(wanted.specimen_name);
+    if (!why) return {};
+    return fail(Errc::invalid_request, "specimen: the name {}", *why);
+  }
   auto db = open_read_only(parts_.database);
   if (!db) return fail(db.error());
   auto stored = find_specimen(*db, wanted.specimen_name);

@@ -72,7 +72,7 @@ class StoreHandler {
   virtual Task<Result<std::vector<std::string>>> tag_run(TagRequest request,
                                                          PeerCredentials peer) = 0;
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
-  virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
+  virtual Task<Result<std::string>> add_specimen(SpecimenToAdd specimen, PeerCredentials peer) = 0;
 };
 
 // Uses the meter without a run.

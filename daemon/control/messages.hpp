@@ -36,6 +36,12 @@ struct RunStarted {
   std::int64_t run = 0;
 };
 
+// A specimen file for the database. Without `as_stated`, implausible values are refused.
+struct SpecimenToAdd {
+  std::string text;
+  bool as_stated = false;
+};
+
 // An answer to the open question. With `question`, only to the one with this number
 // (OpenQuestion::number).
 struct AnswerRequest {

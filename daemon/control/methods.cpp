@@ -117,8 +117,9 @@ void why_param(ParamsReader& in, std::string& why) {
   in.text("why", why, false, kWhyMax);
 }
 
-void text_param(ParamsReader& in, std::string& text) {
-  in.text("text", text, true, kControlLineLimit);
+void specimen_params(ParamsReader& in, SpecimenToAdd& out) {
+  in.text("text", out.text, true, kControlLineLimit);
+  in.boolean("as_stated", out.as_stated);
 }
 
 void resume_params(ParamsReader& in, std::tuple<std::optional<std::int64_t>, bool>& out) {
@@ -301,7 +302,8 @@ constexpr ControlMethod kMethods[] = {
     {"run.answer", call_method<parse_answer_request, &SteeringHandler::answer>, kLook},
     {"run.note", on_note, kRunsThatEnded, "run"},
     {"run.tag", on_tag, kRuns},
-    {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},
+    {"specimen.add", call_method<specimen_params, &StoreHandler::add_specimen>, kGoodSpecimen,
+     "name"},
     {"lcr.correct", on_correct, kSeeMeter},
     {"lcr.show", call_method<no_params, &MeterHandler::look>, kSeeMeter},
     {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "base/name_rule.hpp"
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 
@@ -85,6 +86,7 @@ Result<Bench> parse_bench(std::string_view text, const std::string& name) {
   Bench b;
   b.text = std::string(text);
   b.name = root.string("name");
+  if (const auto why = why_no_name(b.name); why && root.sound()) root.at("name").refuse(*why);
   if (root.has("description")) root.string("description");
   b.error_tolerance = root.number("error_tolerance", Range{1e-9, 0.5});
   b.fixture = parse_fixture(root.object("fixture"));

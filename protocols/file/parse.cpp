@@ -180,7 +180,12 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
 
 void parse_top(const JsonReader& top, Protocol& out) {
   top.expect_format("load-protocol/1");
-  out.name = read_name(top.at("name"));
+  const JsonReader name = top.at("name");
+  out.name = read_name(name);
+  if (out.name.starts_with('-')) {
+    name.refuse(fmt::format(
+        "\"{}\", expected another first character: commands take it for an option", out.name));
+  }
   out.title = top.optional_string("title").value_or("");
   out.description = top.optional_string("description").value_or("");
   Scope scope;

@@ -56,8 +56,8 @@ class IdleHandler final : public ControlHandler,
   Task<Result<>> note_run(std::int64_t, std::string, PeerCredentials) override {
     co_return Result<>();
   }
-  Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
-    co_return text;
+  Task<Result<std::string>> add_specimen(SpecimenToAdd specimen, PeerCredentials) override {
+    co_return std::move(specimen.text);
   }
   Task<Result<MeterCorrections>> correct(CorrectionKind, PeerCredentials) override {
     co_return MeterCorrections();

@@ -94,8 +94,8 @@ class FakeHandler : public ControlHandler,
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials) override {
     co_return done("note " + std::to_string(run) + " " + text);
   }
-  Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
-    calls.push_back("specimen " + text);
+  Task<Result<std::string>> add_specimen(SpecimenToAdd specimen, PeerCredentials) override {
+    calls.push_back("specimen " + specimen.text);
     if (next_error) co_return fail(*next_error);
     co_return std::string("paper-9");
   }

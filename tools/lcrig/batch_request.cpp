@@ -47,7 +47,7 @@ class Shelf {
     auto file = library_.find(LibraryKind::specimen, word);
     if (!file) return fail(one_line(file.error()));
     if (*file) {
-      auto parsed = parse_specimen((*file)->text, (*file)->path.string());
+      auto parsed = accept_specimen((*file)->text, (*file)->path.string());
       if (!parsed) return fail(parsed.error());
       return out_.specimens[word] = as_batch_file(std::move(**file));
     }

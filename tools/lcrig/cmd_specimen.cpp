@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// specimen add, list, show.
+// specimen add, check, list, show.
 #include <fmt/ostream.h>
+#include <fmt/ranges.h>
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,8 @@
 
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
+#include "model/plausible.hpp"
+#include "model/specimen_figures.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/specimens.hpp"
@@ -33,49 +36,124 @@ std::string pressing(const Context& context, const ChosenDatabase& db,
                       {"rehearse", "static-frame", "--specimen", specimen});
 }
 
-Outcome<std::string> through_daemon(Context& context, const std::string& text) {
-  auto answer = call_daemon(context, "specimen.add", json{{"text", text}});
-  if (!answer) return answer.error();
-  return answer->is_object() ? answer->value("name", "") : std::string();
-}
+// A file as a person brings it in.
+struct Brought {
+  std::string text;
+  Specimen specimen;
+  std::vector<std::string> odd;  // implausible values
+};
 
-Outcome<std::string> into(const std::string& db_path, const std::string& specimen,
-                          const std::string& text, const Clock& clock) {
-  const std::filesystem::path path(db_path);
-  std::error_code ignored;
-  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
-  auto db = open_read_write(db_path);
-  if (!db) return Failure(db.error(), "give another --db");
-  auto stored = lcrig::add_specimen(*db, specimen, text, clock.unix_ns());
-  if (!stored) return Failure(stored.error());
-  return stored->name;
-}
-
-Outcome<ExitCode> specimen_add(Context& context, const std::string& file) {
+Outcome<Brought> bring(const std::string& file) {
+  Brought out;
   auto text = read_text_file(file);
   if (!text) return Failure(text.error(), "check the path");
-  auto specimen = parse_specimen(*text, file);
+  out.text = std::move(*text);
+  auto specimen = accept_specimen(out.text, file);
   if (!specimen) {
     return Failure(specimen.error(),
                    "correct the file; `lcrig specimen show paper-1` prints a good one");
   }
-  auto db = context.database_to_write({"specimen", "add", file});
-  if (!db) return db.error();
-  auto added = db->daemon_writes ? through_daemon(context, *text)
-                                 : into(db->path, specimen->name, *text, context.clock);
-  if (!added) return added.error();
-  return show(context, json{{"name", *added}}, [&](std::ostream& out) {
-    fmt::print(out, "stored specimen {}\n", printable(*added, kLongestName));
-    context.console.next(pressing(context, *db, *added));
+  out.specimen = std::move(*specimen);
+  out.odd = implausible_values(out.specimen);
+  return out;
+}
+
+json to_json(const Brought& brought) {
+  json out = lcrig::to_json(figures_of(brought.specimen));
+  out["name"] = brought.specimen.name;
+  out["implausible"] = brought.odd;
+  return out;
+}
+
+void print_brought(std::ostream& out, const char* done, const Brought& brought) {
+  fmt::print(out, "{} specimen {}\n{}", done, printable(brought.specimen.name, kLongestName),
+             to_text(figures_of(brought.specimen)));
+  for (const std::string& odd : brought.odd) {
+    fmt::print(out, "  implausible   {}\n", printable(odd, kLongestWords));
+  }
+}
+
+class SpecimenAddCommand final : public Command {
+ public:
+  SpecimenAddCommand()
+      : Command("specimen add", "Store a specimen file under its name",
+                "lcrig specimen add my-stack.json") {}
+  void declare(ArgumentList& list) override {
+    list.positional(kJsonFileWord, file_, "specimen/1 file");
+    list.flag("--as-stated", as_stated_, "Store implausible values without a question");
+  }
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto brought = bring(file_);
+    if (!brought) return brought.error();
+    if (auto meant = is_meant(context, *brought); !meant) return meant.error();
+    auto db = context.database_to_write({"specimen", "add", file_});
+    if (!db) return db.error();
+    auto added = db->daemon_writes ? through_daemon(context, brought->text)
+                                   : into(db->path, *brought, context.clock);
+    if (!added) return added.error();
+    return show(context, to_json(*brought), [&](std::ostream& out) {
+      print_brought(out, "stored", *brought);
+      context.console.next(pressing(context, *db, brought->specimen.name));
+    });
+  }
+
+ private:
+  // A person at a terminal is asked; anybody else has to say it beforehand.
+  Outcome<void> is_meant(Context& context, const Brought& brought) {
+    if (as_stated_ || brought.odd.empty()) return {};
+    const std::string all = fmt::format("{}", fmt::join(brought.odd, "; "));
+    Console& console = context.console;
+    if (console.in_tty && console.err_tty && !context.global.json) {
+      for (const std::string& odd : brought.odd) console.note(odd);
+      const auto answer = console.wait_for_line("store it all the same? [y/N] ");
+      as_stated_ = answer == "y" || answer == "Y" || answer == "yes";
+      if (as_stated_) return {};
+    }
+    return Failure(kFailed, fmt::format("{}: nothing is stored: {}", file_, all),
+                   next_command(context.global, {"specimen", "add", "--as-stated", file_},
+                                "if that is what was meant; else correct the file"));
+  }
+
+  Outcome<void> through_daemon(Context& context, const std::string& text) const {
+    json params{{"text", text}};
+    if (as_stated_) params["as_stated"] = true;  // an older daemon does not know it
+    auto answer = call_daemon(context, "specimen.add", std::move(params));
+    if (!answer) return answer.error();
+    return {};
+  }
+
+  static Outcome<void> into(const std::string& db_path, const Brought& brought,
+                            const Clock& clock) {
+    const std::filesystem::path path(db_path);
+    std::error_code ignored;
+    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
+    auto db = open_read_write(db_path);
+    if (!db) return Failure(db.error(), "give another --db");
+    auto stored = lcrig::add_specimen(*db, brought.specimen.name, brought.text, clock.unix_ns());
+    if (!stored) return Failure(stored.error());
+    return {};
+  }
+
+  std::string file_;
+  bool as_stated_ = false;
+};
+
+Outcome<ExitCode> specimen_check(Context& context, const std::string& file) {
+  auto brought = bring(file);
+  if (!brought) return brought.error();
+  return show(context, to_json(*brought), [&](std::ostream& out) {
+    print_brought(out, "checked", *brought);
+    context.console.next(next_command(context.global, {"specimen", "add", file}));
   });
 }
 
-constexpr OneWord kSpecimenAdd{"specimen add",
-                               "Store a specimen file under its name",
-                               "lcrig specimen add my-stack.json",
-                               specimen_add,
-                               kJsonFileWord,
-                               "specimen/1 file"};
+constexpr OneWord kSpecimenCheck{"specimen check",
+                                 "What a specimen file comes to; nothing is stored",
+                                 "lcrig specimen check my-stack.json",
+                                 specimen_check,
+                                 kJsonFileWord,
+                                 "specimen/1 file"};
 
 Outcome<ExitCode> specimen_list(Context& context, const std::string&) {
   std::map<std::string, std::string> from;  // from a specimen's name to its source
@@ -129,7 +207,8 @@ class SpecimenShowCommand final : public Command {
 
 }  // namespace
 
-const CommandFactory kSpecimenAddCommand = make_command<OneWordCommand, kSpecimenAdd>;
+const CommandFactory kSpecimenAddCommand = make_command<SpecimenAddCommand>;
+const CommandFactory kSpecimenCheckCommand = make_command<OneWordCommand, kSpecimenCheck>;
 const CommandFactory kSpecimenListCommand = make_command<OneWordCommand, kSpecimenList>;
 const CommandFactory kSpecimenShowCommand = make_command<SpecimenShowCommand>;
 

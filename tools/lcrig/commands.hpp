@@ -9,14 +9,14 @@ namespace lcrig::cli {
 extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatchCommand,
     kPauseCommand, kResumeCommand, kAbortCommand, kFreezeCommand, kConfirmCommand, kAnswerCommand,
     kProtocolListCommand, kProtocolShowCommand, kProtocolCheckCommand, kProtocolPlanCommand,
-    kSpecimenAddCommand, kSpecimenListCommand, kSpecimenShowCommand, kRunsListCommand,
-    kRunsShowCommand, kRunsNoteCommand, kRunsTagCommand, kRunsCopyCommand, kExportCommand,
-    kAnalyzeCommand, kVerifyCommand, kReportCommand, kBudgetCommand, kModelCurveCommand,
-    kModelDesignCommand, kModelLadderCommand, kModelCompareCommand, kModelFitCommand, kStopCommand,
-    kQueueAddCommand, kQueueListCommand, kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand,
-    kQueueHoldCommand, kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand,
-    kQueueLockCommand, kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand,
-    kDoctorCommand, kMetricsCommand, kConfigCheckCommand, kConfigShowCommand, kLcrCorrectCommand,
-    kLcrShowCommand;
+    kSpecimenAddCommand, kSpecimenCheckCommand, kSpecimenListCommand, kSpecimenShowCommand,
+    kRunsListCommand, kRunsShowCommand, kRunsNoteCommand, kRunsTagCommand, kRunsCopyCommand,
+    kExportCommand, kAnalyzeCommand, kVerifyCommand, kReportCommand, kBudgetCommand,
+    kModelCurveCommand, kModelDesignCommand, kModelLadderCommand, kModelCompareCommand,
+    kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand, kQueueShowCommand,
+    kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand, kQueueStartCommand,
+    kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand, kQueueUnlockCommand,
+    kQueueAnswerCommand, kBackupCommand, kRestoreCommand, kDoctorCommand, kMetricsCommand,
+    kConfigCheckCommand, kConfigShowCommand, kLcrCorrectCommand, kLcrShowCommand;
 
 }  // namespace lcrig::cli

@@ -9,14 +9,15 @@
 #include <string>
 #include <string_view>
 
+#include "base/name_rule.hpp"
 #include "tools/lcrig/exit_code.hpp"
 #include "tools/lcrig/process_env.hpp"
 
 namespace lcrig::cli {
 
-// Most characters of a foreign text that are shown to a person (`printable`). --json and files
-// contain the whole text.
-inline constexpr std::size_t kLongestName = 60, kLongestWords = 1000;
+// Most characters of a foreign text that are shown to a person (`printable`); of a name it is
+// kLongestName. --json and files contain the whole text.
+inline constexpr std::size_t kLongestWords = 1000;
 
 struct Console {
   Console(std::ostream& o, std::ostream& e) : out(o), err(e) {}

@@ -107,7 +107,9 @@ Outcome<std::vector<std::string>> look_in_database(const std::string& db_path,
 
 Outcome<LibraryFile> checked(LibraryFile file) {
   const auto source = file.path.empty() ? "specimen " + file.name : file.path.string();
-  auto specimen = parse_specimen(file.text, source);
+  // What is stored already is read under any name.
+  auto specimen =
+      file.path.empty() ? parse_specimen(file.text, source) : accept_specimen(file.text, source);
   if (specimen) return file;
   return Failure(specimen.error(),
                  "correct the file; `lcrig specimen show paper-1` "

@@ -31,21 +31,28 @@ TEST_F(Writes, StoresANoteInTheNameOfThePeer) {
   EXPECT_EQ(count("SELECT count(*) FROM run_note WHERE text = 'cracked' AND operator = 'ada'"), 1);
 }
 
+SpecimenToAdd as_written(std::string text) {
+  SpecimenToAdd out;
+  out.text = std::move(text);
+  return out;
+}
+
 TEST_F(Writes, AreOneAfterTheOther) {
   std::optional<Result<>> first;
   begin(keep(writes.note_run(1, "first", ada_), first));
-  const auto busy = run(writes.add_specimen(one_level().specimen_text, ada_));
+  const auto busy = run(writes.add_specimen(as_written(one_level().specimen_text), ada_));
   ASSERT_FALSE(busy);
   EXPECT_EQ(busy.error().code, Errc::busy);
   clock.run(io, [&first] { return first.has_value(); });
   EXPECT_TRUE(*first);
-  EXPECT_EQ(run(writes.add_specimen(one_level().specimen_text, ada_)).value(), "paper-1");
+  EXPECT_EQ(run(writes.add_specimen(as_written(one_level().specimen_text), ada_)).value(),
+            "paper-1");
 }
 
 // A refused request must not hold up the others.
 TEST_F(Writes, GoOnAfterARefusal) {
   EXPECT_EQ(run(writes.note_run(99, "x", ada_)).error().code, Errc::invalid_request);
-  EXPECT_THAT(run(writes.add_specimen("{}", ada_)).error().what, HasSubstr("specimen"));
+  EXPECT_THAT(run(writes.add_specimen(as_written("{}"), ada_)).error().what, HasSubstr("specimen"));
   TagRequest nowhere;
   nowhere.run = 99;
   nowhere.tags.push_back("x");
