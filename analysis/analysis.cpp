@@ -10,6 +10,12 @@ namespace lcrig {
 
 namespace {
 
+PressureArea pressure_of(const RunData& data, const AnalysisOptions& options) {
+  PressureArea out = data.pressure;
+  out.probe_limit_m = options.rig.diameter_limit_mm() * 1e-3;
+  return out;
+}
+
 Result<> check(const AnalysisOptions& options) {
   for (const PressureRange& r : options.ranges) {
     if (!std::isfinite(r.from_kPa) || !std::isfinite(r.to_kPa) || r.from_kPa >= r.to_kPa) {
@@ -49,9 +55,16 @@ RunAnalysis analyse_stretches(const Stretches& in) {
   const auto hysteresis = calc_hysteresis(scene, cycles, holds);
   const SlopeBasis basis{scene, holds, baseline, levels, curve, highest, cycles, hysteresis};
   const auto sensitivity = calc_sensitivity(basis);
-  const RunFacts facts{data.run,         data.row.protocol_name, data.row.specimen_name,
-                       data.function,    data.row.simulated,     data.listing.exit_status,
-                       data.proof_known, data.unproven_readings, options};
+  const RunFacts facts{data.run,
+                       data.row.protocol_name,
+                       data.row.specimen_name,
+                       data.function,
+                       data.row.simulated,
+                       data.listing.exit_status,
+                       data.proof_known,
+                       data.unproven_readings,
+                       options,
+                       pressure_of(data, options)};
   RunAnalysis out{facts,
                   measured.outliers,
                   baseline,

@@ -316,6 +316,7 @@ struct RunFacts {
   bool proof_known = false;  // as in RunData
   std::int64_t unproven_readings = 0;
   AnalysisOptions options;
+  PressureArea pressure;  // what its pressures are over
 };
 
 // The results of all passes. Each pass takes the results it builds on and returns its own.

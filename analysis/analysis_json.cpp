@@ -50,7 +50,11 @@ json of(const Metric& m) {
   return j;
 }
 
-json of(const RangeResult& r) {
+json of(const RangeResult& r, const PressureArea& pressure) {
+  const auto on_disc = pressure.on_disc();
+  const auto disc_kPa = [&](double kPa) {
+    return on_disc ? number(kPa * *on_disc) : json(nullptr);
+  };
   json j = {{"from_kPa", number(r.range.from_kPa)},
             {"to_kPa", number(r.range.to_kPa)},
             {"sensitivity_fF_per_kPa", value_of(r.sensitivity)},
@@ -74,7 +78,14 @@ json of(const RangeResult& r) {
             {"between_repeats_p", number(r.between_repeats_p)},
             {"remark", r.sensitivity.reason},
             {"expanded_uncertainty", nullptr},
+            {"on_disc",
+             {{"from_kPa", disc_kPa(r.range.from_kPa)},
+              {"to_kPa", disc_kPa(r.range.to_kPa)},
+              {"sensitivity_fF_per_kPa", nullptr}}},
             {"robust", nullptr}};
+  if (r.sensitivity && on_disc) {
+    j["on_disc"]["sensitivity_fF_per_kPa"] = number(r.sensitivity.value() / *on_disc);
+  }
   if (r.sensitivity) j["degrees_of_freedom"] = number(r.sensitivity.estimate->degrees_of_freedom);
   if (!r.uncertainty.parts.empty()) j["expanded_uncertainty"] = number(r.uncertainty.expanded);
   if (r.robust) {
@@ -186,10 +197,10 @@ json of(const Hysteresis& h) {
           {"loop", std::move(loop)}};
 }
 
-json of(const RegionSearch& s) {
+json of(const RegionSearch& s, const PressureArea& pressure) {
   if (!s.reason.empty()) return {{"remark", s.reason}};
-  return {{"low", of(s.low)},
-          {"high", of(s.high)},
+  return {{"low", of(s.low, pressure)},
+          {"high", of(s.high, pressure)},
           {"low_to_kPa", number(s.low_to_kPa)},
           {"high_from_kPa", number(s.high_from_kPa)},
           {"p_one_line", number(s.p_one_line)}};
@@ -258,6 +269,8 @@ json to_json(const RunAnalysis& a) {
   for (const Metric* m : a.metrics()) {
     if (a.range_of(*m) == nullptr) metrics[m->name] = of(*m);
   }
+  json ranges = json::array();
+  for (const RangeResult& r : a.ranges) ranges.push_back(of(r, a.pressure));
   json uncertainties = json::array();
   for (const Uncertainty& b : a.uncertainties) uncertainties.push_back(to_json(b));
   return {{"run", a.run},
@@ -271,8 +284,9 @@ json to_json(const RunAnalysis& a) {
           {"C0_pF", value_of(a.c0)},
           {"C0_standard_error_pF", error_of(a.c0)},
           {"noise_fF", value_of(a.noise)},
-          {"ranges", list(a.ranges)},
-          {"regions", a.regions ? of(*a.regions) : json(nullptr)},
+          {"pressure", to_json(a.pressure)},
+          {"ranges", std::move(ranges)},
+          {"regions", a.regions ? of(*a.regions, a.pressure) : json(nullptr)},
           {"dynamic_range_percent", value_of(a.dynamic_range)},
           {"hysteresis_percent", value_of(a.hysteresis.largest_gap)},
           {"hysteresis", of(a.hysteresis)},

@@ -125,9 +125,11 @@ void append_regions(std::string& out, const RunAnalysis& a) {
 }  // namespace
 
 std::string to_text(const RunAnalysis& a) {
-  std::string out = fmt::format("run {}: {}, specimen {}, {}{}\n", a.run, printable(a.protocol, 60),
-                                a.specimen.empty() ? "-" : printable(a.specimen, 60), a.function,
-                                a.simulated ? " (simulated)" : "");
+  std::string out = a.pressure.words();
+  if (!out.empty()) out += '\n';
+  out += fmt::format("run {}: {}, specimen {}, {}{}\n", a.run, printable(a.protocol, 60),
+                     a.specimen.empty() ? "-" : printable(a.specimen, 60), a.function,
+                     a.simulated ? " (simulated)" : "");
   for (const std::string& note : a.notes) out += fmt::format("  note: {}\n", printable(note, 1000));
   out += fmt::format(
       "\nResults: value +- standard error, {:g} % interval, readings\n"

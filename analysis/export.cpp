@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/export_context.hpp"
+#include "analysis/pressure_of_run.hpp"
 #include "base/iso_time.hpp"
 #include "base/text.hpp"
 #include "base/whole_file.hpp"
@@ -149,6 +150,8 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
   if (listing.ended_unix_ns) j["ended"] = iso_time(*listing.ended_unix_ns);
   if (listing.exit_status) j["exit_status"] = to_string(*listing.exit_status);
   if (r.probe_diameter_m) j["probe_diameter_m"] = *r.probe_diameter_m;
+  j["pressure"] = to_json(pressure_of_run(r));
+  j["pressure"]["columns_on"] = to_string(PressureOn::probe);
   if (r.seed) j["seed"] = *r.seed;
   if (r.model_level) j["model_level"] = *r.model_level;
   if (r.model_error_json) j["model_error"] = json_or_text(*r.model_error_json);

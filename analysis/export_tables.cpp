@@ -364,7 +364,8 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
                  "of the level within its repeat, from 1: the same load in every repeat"},
                 kReading,
                 {"target_force_N", "number", "N", "force asked for"},
-                {"target_pressure_kPa", "number", "kPa", "pressure asked for"},
+                {"target_pressure_kPa", "number", "kPa",
+                 "pressure asked for, as force over the area of the probe"},
                 kForce,
                 kPressure});
       add(out, c.value_columns);

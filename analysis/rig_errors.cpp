@@ -25,11 +25,15 @@ RigError error_of_force(const RigRecord& record, const RigAccuracy& stated) {
 }
 
 RigError error_of_area(const RigRecord& record, const RigAccuracy& stated) {
-  if (!record.probe_diameter_m) return {{}, "the probe's diameter is not known"};
-  const double limit_mm = stated.diameter_limit_mm(), diameter_mm = *record.probe_diameter_m * 1e3;
+  const bool on_disc = record.pressure.on == PressureOn::disc;
+  const auto diameter_m = on_disc ? record.pressure.disc_diameter_m : record.probe_diameter_m;
+  if (!diameter_m)
+    return {{}, fmt::format("the {}'s diameter is not known", to_string(record.pressure.on))};
+  const double limit_mm = on_disc ? record.pressure.limit_m() * 1e3 : stated.diameter_limit_mm();
+  const double diameter_mm = *diameter_m * 1e3;
   return {2 * limit_mm / diameter_mm,
           fmt::format("diameter {:g} mm, limits of {} mm, rectangular{}", diameter_mm, limit_mm,
-                      stated.probe_diameter_tolerance_mm ? "" : "; assumed")};
+                      stated.probe_diameter_tolerance_mm && !on_disc ? "" : "; assumed")};
 }
 
 // "18 to 28 degrees Celsius"; the factor Kc is the same within these.
@@ -109,6 +113,7 @@ RigErrors rig_errors(const RigRecord& record, const RigAccuracy& stated, double 
   RigErrors out;
   out.force = error_of_force(record, stated);
   out.area = error_of_area(record, stated);
+  out.area_of = record.pressure.on;
   set_errors_of_meter(record, stated, capacitance_F, out);
   out.open_correction = error_of_open(record, stated);
   out.short_correction = error_of_short(record, capacitance_F);
@@ -119,6 +124,10 @@ RigErrors rig_errors(const RigRecord& record, const RigAccuracy& stated, double 
                              *stated.meter.cable_m)};
   }
   return out;
+}
+
+std::string name_of_area(const RigErrors& errors) {
+  return fmt::format("area of the {}", to_string(errors.area_of));
 }
 
 UncertaintyPart part_of(std::string name, const RigError& error, double per_unit) {

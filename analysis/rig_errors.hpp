@@ -10,6 +10,7 @@
 
 #include "analysis/meter_accuracy.hpp"
 #include "analysis/uncertainty.hpp"
+#include "base/pressure_area.hpp"
 #include "storage/corrections.hpp"
 
 namespace lcrig {
@@ -19,16 +20,19 @@ namespace lcrig {
 struct RigAccuracy {
   std::optional<double> force_class_percent;  // limits of reading
   std::optional<double> force_certified_from_N;  // absent: not known
-  std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: 0.02
+  std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: kProbeLimit_m
   std::optional<double> stray_limit_fF;  // of leads and fixture, which an open correction removes
   MeterPlace meter;
-  double diameter_limit_mm() const { return probe_diameter_tolerance_mm.value_or(0.02); }
+  double diameter_limit_mm() const {
+    return probe_diameter_tolerance_mm.value_or(kProbeLimit_m * 1e3);
+  }
 };
 
 // What a run recorded of its rig, or what a plan foresees.
 struct RigRecord {
   std::optional<MeterSetting> setting;
   std::optional<double> probe_diameter_m;
+  PressureArea pressure;  // where it is over the disc, the disc counts instead of the probe
   bool dead_weights = false;
   std::optional<double> force_class_percent;  // of the load cell
   std::optional<MeterCorrections> corrections;  // absent: the run did not ask for them
@@ -43,6 +47,7 @@ struct RigError {
 
 struct RigErrors {
   RigError force, area;  // relative
+  PressureOn area_of = PressureOn::probe;
   RigError meter_gain;  // relative
   RigError meter_offset, meter_total;  // F; the offset is constant while the settings are
   RigError open_correction;  // F, constant: the capacitance of leads and fixture
@@ -53,6 +58,8 @@ RigErrors rig_errors(const RigRecord& record, const RigAccuracy& stated, double 
 // Limits of the force in percent of the reading.
 double force_limit_percent(const RigAccuracy& stated, std::optional<double> recorded_percent,
                            bool dead_weights);
+
+std::string name_of_area(const RigErrors& errors);  // "area of the probe"
 
 // The part of a result that changes by `per_unit` for an error of one.
 UncertaintyPart part_of(std::string name, const RigError& error, double per_unit);

@@ -6,6 +6,7 @@
 
 #include "analysis/align.hpp"
 #include "analysis/pieces.hpp"
+#include "analysis/pressure_of_run.hpp"
 #include "base/meter_words.hpp"
 #include "storage/frame_capabilities.hpp"
 #include "storage/proof.hpp"
@@ -106,7 +107,8 @@ class Loader {
     start_ns_ = out_.row.started.time_since_epoch().count();
     out_.replayed = out_.row.simulated && replay_directory(out_.row.bench_name).has_value();
     out_.probe_diameter_m = out_.row.probe_diameter_m;
-    out_.area_m2 = out_.row.probe_area_m2();
+    out_.pressure = pressure_of_run(out_.row);
+    out_.area_m2 = out_.pressure.area_m2();
     const StoredCapabilities frame = parse_capabilities(out_.row.frame_capabilities_json);
     out_.dead_weights = frame.weights;
     out_.force_class_percent = frame.force_class_percent;
@@ -118,6 +120,13 @@ class Loader {
     return {};
   }
 
+  // A stored pressure is over the probe.
+  std::optional<double> target_Pa(std::optional<double> stored_Pa,
+                                  std::optional<double> force_N) const {
+    if (out_.pressure.on == PressureOn::probe || !force_N || !out_.area_m2) return stored_Pa;
+    return *force_N / *out_.area_m2;
+  }
+
   Result<> load_levels() {
     const auto take = [this](const Statement& s) {
       LevelRow l;
@@ -126,7 +135,7 @@ class Loader {
       l.index = static_cast<std::int32_t>(s.integer(2));
       l.step_id = s.text(3);
       l.target_force_N = s.optional_real(4);
-      l.target_pressure_Pa = s.optional_real(5);
+      l.target_pressure_Pa = target_Pa(s.optional_real(5), l.target_force_N);
       l.planned_readings = static_cast<std::int32_t>(s.integer(6));
       l.begin_s = seconds(s.integer(7));
       while (static_cast<std::int64_t>(out_.levels.size()) + 1 < s.integer(0)) {

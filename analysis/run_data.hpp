@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/meter_accuracy.hpp"
+#include "base/pressure_area.hpp"
 #include "events/payloads.hpp"
 #include "storage/runs.hpp"
 
@@ -71,7 +72,9 @@ struct RunData {
   std::int64_t run = 0;
   RunRow row;
   RunListing listing;
-  std::optional<double> area_m2;  // area of the probe; absent: there are no pressures
+  // Pressures are force over this area: of `pressure`. Absent: there are no pressures.
+  std::optional<double> area_m2;
+  PressureArea pressure;
   std::optional<double> probe_diameter_m;
   bool dead_weights = false;
   std::optional<double> force_class_percent;  // of the load cell; absent: not stated

@@ -27,6 +27,7 @@ RigErrors rig_errors_of(const RunView& view, double capacitance_pF) {
   RigRecord record;
   if (view.setting_known) record.setting = view.setting;
   record.probe_diameter_m = view.data.probe_diameter_m;
+  record.pressure = view.data.pressure;
   record.dead_weights = view.data.dead_weights;
   record.force_class_percent = view.data.force_class_percent;
   record.corrections = view.data.corrections;
@@ -92,7 +93,7 @@ void add_open_correction(const RigErrors& rig, double per_F, Uncertainty& b) {
 
 void add_pressure(const RigErrors& rig, double per_relative, Uncertainty& b) {
   b.parts.push_back(shared(part_of("force", rig.force, per_relative)));
-  b.parts.push_back(shared(part_of("area of the probe", rig.area, per_relative)));
+  b.parts.push_back(shared(part_of(name_of_area(rig), rig.area, per_relative)));
 }
 
 // Adds the error that is left after the drift was subtracted. `left` is 0 if the scatter has it.

@@ -125,7 +125,8 @@ class Simulators {
     const Specimen specimen = must(parse_specimen(first.text, std::string(first.name)));
     PlantConfig mounting;
     mounting.contact_travel_m = 5e-3;
-    return must(BenchWorld::make(specimen, 0.01, Force::from_si(2), mounting));
+    return must(
+        BenchWorld::make(specimen, specimen.disc_diameter_m, 0.01, Force::from_si(2), mounting));
   }
   Task<std::unique_ptr<Transport>> next_client(tcp::acceptor& acceptor) {
     auto socket = co_await acceptor.async_accept(asio::use_awaitable);

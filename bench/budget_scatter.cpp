@@ -76,7 +76,7 @@ Result<Question> question_of(const Case& c, const std::string& specimen_text) {
   auto specimen = parse_specimen(specimen_text, "paper-1");
   if (!specimen) return fail(specimen.error());
   const Force most = Force::from_si(2 * plan->peak_force_N);
-  auto curve = tabulate(*specimen, most, rig->probe_area);
+  auto curve = tabulate(*specimen, most, rig_for(*protocol, *rig).pressure);
   if (!curve) return fail(curve.error());
   return Question{std::move(*protocol), std::move(*environment), std::move(*rig), std::move(*plan),
                   std::move(*curve)};

@@ -60,7 +60,9 @@ BenchRun rehearse_with(const Rehearsed& what, const Occasion& occasion, const st
 std::unique_ptr<BenchWorld> make_bench_world() {
   const Specimen specimen = parse_specimen(shipped_specimens().front().text, "paper-1").value();
   const Bench bench = find_bench("paper").value();
-  return BenchWorld::make(specimen, bench.error_tolerance, Force::from_si(3), bench.plant).value();
+  return BenchWorld::make(specimen, bench.fixture.probe_diameter_m, bench.error_tolerance,
+                          Force::from_si(3), bench.plant)
+      .value();
 }
 
 // Results by the name of the metric; for slopes also by their range.

@@ -35,7 +35,10 @@ double reading_noise_F(const MeterSetting& m, const Rig& rig) {
 class Walk {
  public:
   Walk(const Protocol& protocol, const Environment& environment, const Rig& rig, const Plan& plan)
-      : protocol_(protocol), environment_(environment), rig_(rig) {
+      : protocol_(protocol),
+        environment_(environment),
+        rig_(rig_for(protocol, rig)),
+        area_m2_(rig_.pressure.area_m2().value_or(0)) {
     interval_ = reading_interval_s(plan.lcr, rig.lcr);
     continuous_ = protocol.sample.lcr_continuous;
     for (const PlannedStep& s : plan.steps) {
@@ -88,7 +91,7 @@ class Walk {
   double readings_in(double seconds) const {
     return continuous_ ? std::max(seconds, 0.0) / interval_ : 0;
   }
-  double kPa(double force_N) const { return force_N / rig_.probe_area.si() * 1e-3; }
+  double kPa(double force_N) const { return force_N / area_m2_ * 1e-3; }
   double way(double force_N) const {
     return rig_.compression_m && force_N > 0 ? rig_.compression_m(force_N) : 0;
   }
@@ -234,7 +237,8 @@ class Walk {
 
   const Protocol& protocol_;
   Environment environment_;
-  const Rig& rig_;
+  const Rig rig_;
+  const double area_m2_;  // that pressures are over
   std::map<std::string, double> seconds_;
   double interval_ = 1, edge_ = 0;
   bool continuous_ = true;
@@ -260,7 +264,9 @@ void each_step(AnySteps& steps, const Visit& visit) {
 
 }  // namespace
 
-Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area probe_area) {
+Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max,
+                               const PressureArea& pressure) {
+  if (auto whole = require_whole_disc(pressure); !whole) return fail(whole.error());
   const Pressure most = Pressure::from_si(force_max.si() / specimen.area_m2());
   Result<LevelChoice> choice = fail(Errc::bug, "no tolerance");
   double tolerance = 0;
@@ -277,7 +283,7 @@ Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area p
   SpecimenCurve out;
   out.c0_F = table->c0_F();
   out.level = to_string(choice->settings.level);
-  out.delta_C_fF = [table, area = probe_area.si()](double kPa) {
+  out.delta_C_fF = [table, area = pressure.area_m2().value_or(0)](double kPa) {
     return table->delta_capacitance_F(kPa * 1e3 * area) * 1e15;
   };
   return out;
@@ -285,7 +291,7 @@ Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area p
 
 Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& environment,
                                  const Rig& rig, const Plan& plan, const SpecimenCurve& curve) {
-  if (!(rig.probe_area.si() > 0) || !rig.compression_m) {
+  if (!plan.pressure.area_m2() || !rig.compression_m) {
     return fail(Errc::invalid_request,
                 "a budget needs the probe's diameter (fixture of the bench) and the specimen");
   }
@@ -305,7 +311,8 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
     out.earlier_s = to_seconds(rig.lcr.found_earlier);
   }
   out.sample_s = plan.frame_rate_Hz > 0 ? 1 / plan.frame_rate_Hz : 0;
-  out.area_m2 = rig.probe_area.si();
+  out.area_m2 = *plan.pressure.area_m2();
+  out.pressure = plan.pressure;
   out.c0_F = curve.c0_F;
   out.delta_C_fF = curve.delta_C_fF;
   out.compression_m = rig.compression_m;

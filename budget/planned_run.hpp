@@ -18,11 +18,12 @@ constexpr double kReadingSlack = 1.02;
 // The specimen's curve, tabulated once for all settings of a budget.
 struct SpecimenCurve {
   double c0_F = 0;
-  std::function<double(double kPa)> delta_C_fF;  // kPa over the probe
+  std::function<double(double kPa)> delta_C_fF;  // kPa as the protocol states them
   std::string level;
 };
 // Tabulates up to `force_max`. Errors: no level of the model can compute the specimen.
-Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area probe_area);
+Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max,
+                               const PressureArea& pressure);
 
 // Levels and cycles of the protocol, in the order of execution. `plan` is the protocol's plan on
 // this rig. Errors: the protocol changes the meter's settings during the run; it never loads the

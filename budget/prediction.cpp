@@ -38,6 +38,7 @@ RigErrors rig_errors_of(const PlannedRun& run, const RigAccuracy& rig) {
   RigRecord record;
   record.setting = run.meter;
   record.probe_diameter_m = std::sqrt(4 * run.area_m2 / std::numbers::pi);
+  record.pressure = run.pressure;
   record.dead_weights = run.dead_weights;
   record.force_class_percent = run.force_class_percent;
   return rig_errors(record, rig, run.c0_F);
@@ -126,7 +127,7 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
   Prediction p = predicted(name, "fF/kPa", *parts, run);
   add_error(p.uncertainty, "meter gain", rig.meter_gain, p.value);
   add_error(p.uncertainty, "force", rig.force, p.value);
-  add_error(p.uncertainty, "area of the probe", rig.area, p.value);
+  add_error(p.uncertainty, name_of_area(rig), rig.area, p.value);
   if (parts->alignment > 0) {
     add(p.uncertainty, "alignment of the clocks", parts->alignment, UncertaintyKind::b,
         "one error of the instant of all readings, where the rate of pressure changes");
@@ -152,7 +153,7 @@ Prediction predict_range(const PlannedRun& run, const RigErrors& rig, double con
   const double slope = (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
   const double bend = slope * c.peak_kPa / run.delta_C_fF(c.peak_kPa);
   add_error(p.uncertainty, "force at the peak", rig.force, bend * p.value);
-  add_error(p.uncertainty, "area of the probe", rig.area, bend * p.value);
+  add_error(p.uncertainty, name_of_area(rig), rig.area, bend * p.value);
   if (parts->turn > 0) {
     add(p.uncertainty, "turn within a window", parts->turn, UncertaintyKind::b,
         "a twelfth of rate times window");

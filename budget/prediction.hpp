@@ -54,7 +54,8 @@ struct PlannedRun {
   // before. When the delay has grown to `earlier_s`, the driver asks that much earlier again.
   double later_s = 0, earlier_s = 0;
   double sample_s = 0;  // between samples of the frame
-  double area_m2 = 0;  // of the probe
+  double area_m2 = 0;  // that pressures are over: of `pressure`
+  PressureArea pressure;
   double c0_F = 0;
   std::function<double(double kPa)> delta_C_fF;  // of the specimen
   std::function<double(double force_N)> compression_m;  // of specimen and frame together

@@ -187,6 +187,7 @@ Budget reckon_budget(const BudgetQuestion& question) {
   const Search search(question);
   Budget out;
   out.model_level = question.curve.level;
+  out.pressure = rig_for(question.protocol, question.rig).pressure;
   out.target = question.target;
   for (const double frequency : question.frequencies_Hz) {
     for (const Aperture aperture : question.apertures) {

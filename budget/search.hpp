@@ -47,6 +47,7 @@ struct BudgetSetting {  // one combination of aperture and frequency
 
 struct Budget {
   std::string model_level;
+  PressureArea pressure;  // what its pressures are over
   std::optional<double> target;  // relative
   std::vector<BudgetSetting> settings;
   std::optional<BudgetPoint> cheapest;  // among the points that meet the target

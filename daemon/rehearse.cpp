@@ -163,6 +163,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   auto specimen = known ? parse_specimen(request.specimen_text, request.specimen_name)
                         : parse_specimen(shipped_specimens().front().text, "shipped specimen");
   if (!specimen) return fail(specimen.error());
+  if (!known) specimen->top = Top::plate;  // it only stands in: any probe may press it
   InstrumentsRequest wanted;
   wanted.specimen = &*specimen;
   wanted.weights = request.weights;
@@ -188,6 +189,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
   if (*rig && !sim->replay) (*rig)->noise = noise;
+  if (*rig && known) put_disc(*specimen, (*rig)->pressure);
   if (*rig && !known) {
     (*rig)->compression_m = (*rig)->specimen_least_m = (*rig)->specimen_free_m = {};
   }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/exit_status.hpp"
+#include "base/pressure_area.hpp"
 #include "base/result.hpp"
 #include "protocols/file/parse.hpp"
 
@@ -33,6 +34,7 @@ struct RunOutcome {
   double wall_s = 0;  // by the clock of this computer
   std::string anchor;  // of the run's hash chain (storage/anchor.hpp); empty: the end was not
                        // stored
+  std::optional<PressureArea> pressure;  // what its pressures are over; absent: an older daemon
 };
 
 }  // namespace lcrig

@@ -82,7 +82,7 @@ Rig describe_rig(Instruments& instruments) {
   rig.lcr = instruments.meter().capabilities();
   rig.frame = instruments.frame().capabilities();
   if (!rig.frame.force_loop) rig.frame.force_loop = info.frame.force_loop;
-  rig.probe_area = Area::from_si(info.fixture.probe_area_m2().value_or(0));
+  rig.pressure.probe_diameter_m = info.fixture.probe_diameter_m;
   rig.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   rig.specimen_least_m = info.specimen_least_m;
   rig.specimen_free_m = info.specimen_free_m;
@@ -105,7 +105,9 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
 
 // A simulated bench has a model of the specimen; for a real rig only the specimen's file is known.
 void add_specimen(Rig& rig, const PreparedRun& run) {
-  if (rig.compression_m || !run.specimen) return;
+  if (!run.specimen) return;
+  put_disc(*run.specimen, rig.pressure);
+  if (rig.compression_m) return;
   rig.specimen_least_m = least_shortening(*run.specimen);
   rig.specimen_free_m = free_shortening(*run.specimen);
   const Force most = Force::from_si(std::max(run.max_force_N, 1e-3));
@@ -113,12 +115,6 @@ void add_specimen(Rig& rig, const PreparedRun& run) {
 }
 
 Task<Result<>> Session::plan() {
-  if (!instruments_->info().fixture.probe_area_m2() && aims_at_pressure(prepared_.protocol.steps)) {
-    co_return fail(Errc::invalid_request,
-                   "{}: aims at a pressure, but the area of the probe tip is not known: set "
-                   "fixture.probe_diameter_mm in the bench or config file",
-                   prepared_.protocol.name);
-  }
   const auto job = [this] {
     add_specimen(rig_, prepared_);
     if (rig_.frame.motion) forecast_ = make_forecast(rig_);
@@ -164,8 +160,9 @@ void Session::acknowledge(const Committed& c) {
   if (c.last_sample) {
     s.force_N = c.last_sample->force_N;
     s.travel_m = c.last_sample->travel_m;
-    const auto area_m2 = instruments_->info().fixture.probe_area_m2();
+    const auto area_m2 = plan_.pressure.area_m2();
     s.pressure_Pa.reset();
+    s.pressure_on = plan_.pressure.on;
     if (s.force_N && area_m2) s.pressure_Pa = *s.force_N / *area_m2;
   }
   if (listener_.events) listener_.events(c.events);
@@ -257,7 +254,7 @@ RunSetup Session::make_setup(std::int64_t run) {
   };
   setup.lcr_settings = settings_;
   setup.corrections = corrections_;
-  setup.probe_area_m2 = info.fixture.probe_area_m2();
+  setup.pressure = plan_.pressure;
   setup.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   setup.planned = planned_times(plan_);
   setup.run = run;

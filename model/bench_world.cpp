@@ -5,10 +5,16 @@
 
 namespace lcrig {
 
-Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen, double tolerance,
-                                                     Force max_force, PlantConfig mounting,
+Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen,
+                                                     std::optional<double> probe_diameter_m,
+                                                     double tolerance, Force max_force,
+                                                     PlantConfig mounting,
                                                      std::optional<ErrorScope> scope,
                                                      std::optional<std::uint64_t> rig_seed) {
+  PressureArea pressure;
+  pressure.probe_diameter_m = probe_diameter_m;
+  put_disc(specimen, pressure);
+  if (auto whole = require_whole_disc(pressure); !whole) return fail(whole.error());
   const Pressure max_pressure = Pressure::from_si(max_force.si() / specimen.area_m2());
   if (specimen.creep) {
     mounting.creep_fraction = specimen.creep->fraction;

@@ -19,9 +19,12 @@ class BenchWorld {
   // Tabulates the specimen from 0 to max_force at the cheapest level whose relative error in delta
   // C is within `tolerance`, and mounts it according to `mounting`. With `scope` the bench has the
   // errors of a real one, drawn from the mounting's seed. Lasting errors are drawn from `rig_seed`,
-  // if there is one. Errors: as choose_level and make_response.
-  static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen, double tolerance,
-                                                  Force max_force, PlantConfig mounting,
+  // if there is one. Errors: as choose_level and make_response; the probe presses only a part of
+  // the disc (nullopt: the diameter is not known).
+  static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen,
+                                                  std::optional<double> probe_diameter_m,
+                                                  double tolerance, Force max_force,
+                                                  PlantConfig mounting,
                                                   std::optional<ErrorScope> scope = {},
                                                   std::optional<std::uint64_t> rig_seed = {});
 

@@ -108,6 +108,11 @@ std::size_t Specimen::layer_count() const {
   return count;
 }
 
+void put_disc(const Specimen& specimen, PressureArea& pressure) {
+  pressure.disc_diameter_m = specimen.disc_diameter_m;
+  pressure.plate = specimen.top != Top::pressure;
+}
+
 Result<> check_specimen(const Specimen& s) {
   if (!positive(s.disc_diameter_m)) {
     return fail(Errc::invalid_request, "specimen {}: disc diameter {} m must be positive", s.name,

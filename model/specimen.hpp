@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/enum_words.hpp"
+#include "base/pressure_area.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 
@@ -94,5 +95,8 @@ struct Specimen {
 // positive, moduli and ratios out of range, or too many layers. All of model/ relies on a specimen
 // that passed this check.
 Result<> check_specimen(const Specimen& specimen);
+
+// Adds the disc, and whether a plate on it spreads the force of a smaller probe.
+void put_disc(const Specimen& specimen, PressureArea& pressure);
 
 }  // namespace lcrig

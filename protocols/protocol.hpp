@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/pressure_area.hpp"
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "protocols/steps/step.hpp"
@@ -50,6 +51,7 @@ struct Protocol {
   std::string file;  // file name, for messages
   std::string text;  // the file unchanged
   std::map<std::string, Parameter> parameters;
+  PressureOn pressure_on = PressureOn::probe;  // the body that its pressures are over
   Limits limits;
   Sampling sample;
   OnLoss on_loss = OnLoss::abort;

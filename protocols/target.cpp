@@ -6,7 +6,7 @@ namespace lcrig {
 double target_force_N(const Target& target, const Environment& env, const LoadFactors& factors) {
   const double value = env.get(target.value);
   switch (target.kind) {
-    case TargetKind::pressure: return value * factors.probe_area_m2;
+    case TargetKind::pressure: return value * factors.area_m2;
     case TargetKind::mass: return value * factors.gravity_m_s2;
     case TargetKind::travel:
     case TargetKind::gap:

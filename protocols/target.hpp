@@ -7,8 +7,8 @@
 
 namespace lcrig {
 
-// `value` is in m, N, Pa or kg. A pressure becomes a force by the area of the probe, a mass by
-// gravity.
+// `value` is in m, N, Pa or kg. A pressure becomes a force by the area that the protocol
+// states it over (the probe or the disc), a mass by gravity.
 enum class TargetKind { travel, gap, force, pressure, mass };
 struct Target {
   TargetKind kind = TargetKind::travel;
@@ -21,8 +21,8 @@ inline bool is_force(const Target& target) {
 
 // Factors that turn a pressure or a mass into a force.
 struct LoadFactors {
-  LoadFactors(double area, double gravity) : probe_area_m2(area), gravity_m_s2(gravity) {}
-  double probe_area_m2;  // 0: unknown
+  LoadFactors(double area, double gravity) : area_m2(area), gravity_m_s2(gravity) {}
+  double area_m2;  // that pressures are over (PressureArea); 0: unknown
   double gravity_m_s2;  // at the place of the rig
 };
 

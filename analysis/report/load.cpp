@@ -16,12 +16,16 @@ void add_model(ReportRun& out) {
     out.no_model = "the probe's diameter is not known, so there are no pressures";
     return;
   }
+  if (const auto whole = require_whole_disc(out.data.pressure); !whole) {
+    out.no_model = whole.error().what;
+    return;
+  }
   report::ModelRequest request;
   request.specimen_text = row.specimen_text;
   request.specimen_name = row.specimen_name;
   request.level = row.model_level;
   request.choice_json = row.model_error_json;
-  request.probe_area_m2 = *out.data.area_m2;
+  request.area_m2 = *out.data.area_m2;
   for (const CurvePoint& p : out.analysis.curve) request.pressure_kPa.push_back(p.pressure_kPa);
   for (const CycleResult& c : out.analysis.cycles) {
     request.pressure_kPa.push_back(c.peak_kPa.value_or(0));

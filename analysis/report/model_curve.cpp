@@ -66,7 +66,7 @@ double at(const Curve& curve, double pressure_Pa) {
 Result<ModelAnswer> evaluate_model(const ModelRequest& request) {
   auto specimen = parse_specimen(request.specimen_text, request.specimen_name);
   if (!specimen) return fail(specimen.error());
-  const double over_disc = request.probe_area_m2 / specimen->area_m2();
+  const double over_disc = request.area_m2 / specimen->area_m2();
   const auto grid = grid_of(request, over_disc);
   if (grid.size() < 2) return fail(Errc::invalid_request, "no pressure above zero was measured");
   std::vector<Pressure> pressures;
@@ -81,7 +81,7 @@ Result<ModelAnswer> evaluate_model(const ModelRequest& request) {
                       : "chosen now: " + (curve->choice ? curve->choice->reason : std::string());
   if (std::abs(over_disc - 1) > 1e-6) {
     out.note +=
-        fmt::format("; the probe's area is {:.4g} of the specimen's, forces are equal", over_disc);
+        fmt::format("; the probe's area is {:.4g} of the disc's, forces are equal", over_disc);
   }
   for (const double p : request.pressure_kPa) {
     out.delta_C_fF.push_back(p <= 0 ? 0 : at(*curve, p * over_disc * 1e3));

@@ -15,8 +15,8 @@ struct ModelRequest {
   // For simulated runs only: the level that the bench chose (storage: model_level,
   // model_error_json).
   std::optional<std::string> level, choice_json;
-  double probe_area_m2 = 0;
-  std::vector<double> pressure_kPa;  // over the probe, in any order
+  double area_m2 = 0;  // that the pressures are over
+  std::vector<double> pressure_kPa;  // in any order
 };
 struct ModelAnswer {
   std::string level, note;

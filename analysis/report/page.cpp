@@ -34,7 +34,9 @@ std::string titled(const std::string& title, const std::string& body) {
 
 std::string head_facts(const ReportRun& run) {
   const RunRow& row = run.data.row;
-  return paragraph(fmt::format("{}, {}; operator {}; {:.0f} s; {} readings",
+  const auto words = run.analysis.pressure.words();
+  return (words.empty() ? words : paragraph(text(words), "lead")) +
+         paragraph(fmt::format("{}, {}; operator {}; {:.0f} s; {} readings",
                                text(row.protocol_name), iso_time(true_time_ns(row)),
                                text(row.operator_name.empty() ? "–" : row.operator_name),
                                run.data.duration_s, run.data.fresh_readings),

@@ -162,6 +162,7 @@ Task<Result<RunStarted>> RunStarter::open(PreparedRun prepared) {
   spawn(executor_, run_to_its_end());
   RunStarted started;
   started.run = *run;
+  started.pressure = session.planned().pressure;
   co_return started;
 }
 
@@ -171,8 +172,10 @@ Task<> RunStarter::run_to_its_end() {
   const MonoTime begin = clock_.now();
   const RunResult result = co_await session.execute();
   const RunStatus last = session.status();
+  const PressureArea pressure = session.planned().pressure;
   co_await session.close();
   RunOutcome ended = outcome_of(result, last);
+  ended.pressure = pressure;
   ended.duration_s = to_seconds(clock_.now() - begin);
   ended.wall_s = ended.duration_s;
   ended.anchor = session.anchor();

@@ -171,6 +171,18 @@ void fields(F& f, Of<F, RunStatus>& s) {
   f.quantity("travel_mm", s.travel_m, -3);
   f.quantity("gap_mm", s.gap_m, -3);
   f.quantity("pressure_kPa", s.pressure_Pa, 3);
+  f.word("pressure_on", s.pressure_on);
+}
+
+void fields(FieldWriter& f, const PressureArea& p) {
+  const json all = to_json(p);
+  for (const auto& [key, value] : all.items()) f.put(key.c_str(), value);
+}
+void fields(ParamsReader& in, PressureArea& p) {
+  in.word("on", p.on, true);
+  in.quantity("probe_diameter_mm", p.probe_diameter_m, -3);
+  in.quantity("disc_diameter_mm", p.disc_diameter_m, -3);
+  in.boolean("plate", p.plate);
 }
 
 template <class F>
@@ -188,6 +200,7 @@ void fields(F& f, Of<F, RunOutcome>& e) {
   f.number("duration_s", e.duration_s);
   f.number("wall_s", e.wall_s);
   f.text_or_null("anchor", e.anchor);
+  f.object("pressure", e.pressure);
 }
 
 template <class F>

@@ -34,6 +34,7 @@ struct PeerCredentials {
 
 struct RunStarted {
   std::int64_t run = 0;
+  std::optional<PressureArea> pressure;  // what its pressures are over; absent: it goes on
 };
 
 // A specimen file for the database. Without `as_stated`, implausible values are refused.

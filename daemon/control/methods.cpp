@@ -32,7 +32,9 @@ tl::unexpected<RpcError> bad_params(const Error& error) {
 }
 
 json result_json(const RunStarted& started) {
-  return started.run;
+  json out{{"run", started.run}};
+  if (started.pressure) out["pressure"] = to_json(*started.pressure);
+  return out;
 }
 json result_json(const std::string& text) {
   return text;
@@ -290,11 +292,11 @@ constexpr ControlMethod kMethods[] = {
     {"version", on_version, kLook, "version"},
     {"metrics", call_method<no_params, &ControlHandler::metrics>, kLook, "text"},
     {"config.show", show_now<&ControlHandler::config_view>, kLook},
-    {"run.start", call_method<parse_run_request, &RunHandler::start_run>, kCheck, "run"},
+    {"run.start", call_method<parse_run_request, &RunHandler::start_run>, kCheck},
     {"run.plan", call_method<parse_run_request, &RunHandler::plan_run>, kCheck},
     {"instruments.ask", on_ask, kLook},
     urgent({"run.pause", on_pause, kLook}),
-    {"run.resume", call_method<resume_params, &RunHandler::resume>, kLook, "run"},
+    {"run.resume", call_method<resume_params, &RunHandler::resume>, kLook},
     urgent({"run.stop", call_method<stop_params, &SteeringHandler::stop_after>, kLook}),
     urgent({"run.abort", call_method<why_param, &SteeringHandler::abort>, kLook}),
     urgent({"run.freeze", call_method<why_param, &SteeringHandler::freeze>, kLook}),

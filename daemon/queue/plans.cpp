@@ -36,6 +36,8 @@ Result<> KnownIdentities::compare(const Identity& meter, const Identity& frame, 
 void QueuePlans::see(Rig rig, bool with_weights) {
   rig.compression_m = {};
   rig.specimen_least_m = rig.specimen_free_m = {};
+  rig.pressure.disc_diameter_m.reset();
+  rig.pressure.plate = false;
   (with_weights ? rod_ : frame_) = std::move(rig);
 }
 

@@ -190,9 +190,9 @@ Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
   PlantConfig mounting = request.bench.plant;
   mounting.seed = static_cast<std::uint64_t>(request.seed);
   if (request.weights) mounting.contact_travel_m = 0;
-  auto world = BenchWorld::make(*request.specimen, request.bench.error_tolerance,
-                                Force::from_si(request.max_force_N), mounting, request.bench.errors,
-                                request.bench.rig_seed);
+  auto world = BenchWorld::make(*request.specimen, request.bench.fixture.probe_diameter_m,
+                                request.bench.error_tolerance, Force::from_si(request.max_force_N),
+                                mounting, request.bench.errors, request.bench.rig_seed);
   if (!world) return fail(world.error());
   return std::shared_ptr<BenchWorld>(std::move(*world));
 }

@@ -191,7 +191,8 @@ std::string DeadWeightFrame::prompt(Mass mass) const {
   const Force force = force_of(mass);
   std::string total = fmt::format("total {:.6g} g = {:.4g} N", total_g, force.si());
   if (state_->settings.probe_area) {
-    total += fmt::format(" = {:.4g} kPa", (force / *state_->settings.probe_area).si() / 1e3);
+    total += fmt::format(" = {:.4g} kPa over the probe",
+                         (force / *state_->settings.probe_area).si() / 1e3);
   }
   if (mass.si() == 0) return fmt::format("Remove all weights from the rod ({})", total);
   if (step_g < 0) return fmt::format("Take {:.6g} g off the rod ({})", -step_g, total);

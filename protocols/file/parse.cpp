@@ -190,6 +190,7 @@ void parse_top(const JsonReader& top, Protocol& out) {
   out.description = top.optional_string("description").value_or("");
   Scope scope;
   parse_parameters(top, out, scope);
+  if (top.has("pressure_on")) out.pressure_on = top.word<PressureOn>("pressure_on");
   out.limits = parse_limits(top.object("limits"), scope);
   out.sample = parse_sample(top.object("sample"));
   if (top.has("on_loss")) out.on_loss = top.word<OnLoss>("on_loss");

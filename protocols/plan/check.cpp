@@ -43,7 +43,13 @@ double sure_force_noise_anew_N(const Rig& rig) {
 }
 
 double target_force_N(const Target& target, const Environment& env, const Rig& rig) {
-  return target_force_N(target, env, LoadFactors(rig.probe_area.si(), rig.gravity_m_s2));
+  return target_force_N(target, env,
+                        LoadFactors(rig.pressure.area_m2().value_or(0), rig.gravity_m_s2));
+}
+
+Rig rig_for(const Protocol& protocol, Rig rig) {
+  rig.pressure.on = protocol.pressure_on;
+  return rig;
 }
 
 MaybeOutside check_force(double force, const BoundLimits& limits, const Rig& rig) {

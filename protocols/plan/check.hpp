@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "base/pressure_area.hpp"
 #include "base/quantity.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/force_bound.hpp"
@@ -30,7 +31,9 @@ struct InstrumentNoise {
 struct Rig {
   LcrCapabilities lcr;
   FrameCapabilities frame;
-  Area probe_area;  // of the fixture's probe tip; pressure is force over this area
+  // The probe of the fixture and the disc of the specimen. make_plan sets which of them the
+  // pressures of its protocol are over (rig_for).
+  PressureArea pressure;
   double gravity_m_s2 = kStandardGravity_m_s2;  // at the place of the rig, for dead weights
 
   // Facts that bound the force on the specimen, for a bench and for a real rig.
@@ -85,5 +88,7 @@ double sure_force_noise_N(const Rig& rig);  // surely not less; 0: unknown
 // The most that the same will be once the noise was measured anew.
 double sure_force_noise_anew_N(const Rig& rig);
 double target_force_N(const Target& target, const Environment& env, const Rig& rig);
+// The rig with the area that the pressures of this protocol are over.
+Rig rig_for(const Protocol& protocol, Rig rig);
 
 }  // namespace lcrig

@@ -125,17 +125,38 @@ nlohmann::json places_json(const PlannedPlaces& p) {
           {"safe_points", std::move(safe_points)}};
 }
 
+nlohmann::json pressure_json(const Plan& plan) {
+  nlohmann::json out = to_json(plan.pressure);
+  const auto area_m2 = plan.pressure.area_m2(), on_disc = plan.pressure.on_disc();
+  const auto peak_kPa = area_m2 ? std::optional(plan.peak_force_N / *area_m2 * 1e-3) : std::nullopt;
+  out["peak_kPa"] = peak_kPa ? nlohmann::json(*peak_kPa) : nlohmann::json();
+  out["peak_on_disc_kPa"] =
+      peak_kPa && on_disc ? nlohmann::json(*peak_kPa * *on_disc) : nlohmann::json();
+  return out;
+}
+
 }  // namespace
 
-Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
+Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& given,
                        PlanRefused* refused) {
+  const Rig rig = rig_for(protocol, given);
+  if (aims_at_pressure(protocol.steps)) {
+    if (auto known = require_area(rig.pressure); !known) {
+      return fail(known.error().code, "{}: {}", protocol.name, known.error().what);
+    }
+  }
   Plan plan;
+  plan.pressure = rig.pressure;
   auto found = walk(protocol, environment, rig, plan);
   if (!found) return fail(found.error());
   if (*found) {
     complete(protocol, environment, rig, (*found)->refusal);
     if (refused != nullptr) *refused = **found;
     return fail(placed(protocol, **found));
+  }
+  if (rig.pressure.presses_part() && rig.compression_m) {
+    plan.assumptions.emplace_back(
+        "the specimen gives way as if its whole disc were pressed: the probe presses a part of it");
   }
   estimate_size(protocol, rig, plan);
   return plan;
@@ -191,6 +212,7 @@ nlohmann::json to_json(const Plan& plan) {
           {"aperture_note", plan.aperture_note},
           {"read_back", to_json(plan.read_backs)},
           {"stop_places", places_json(plan.places)},
+          {"pressure", pressure_json(plan)},
           {"assumptions", plan.assumptions},
           {"steps", std::move(steps)}};
 }

@@ -68,6 +68,7 @@ struct Plan {
   bool travel_from_contact = false;  // the range counts from contact, whose place is unknown
   std::int64_t bytes = 0;  // approximate size in the database
   PlannedPlaces places;  // not counting `finally`
+  PressureArea pressure;  // what its pressures are over
   std::vector<std::string> assumptions;
   std::vector<PlannedStep> steps;
 };

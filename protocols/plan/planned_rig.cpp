@@ -161,10 +161,10 @@ void PlannedRig::go_to_travel(double travel, const Target* to, StepPlan& out) {
 void PlannedRig::go_to_force(double force, const Number* given, StepPlan& out) {
   if (const auto no = check_force(force, limits_, rig_)) {
     std::vector<Change> changes;
-    // A pressure is the force divided by the area of the tip.
-    const bool in_N = given != nullptr && rig_.probe_area.si() > 0 &&
-                      std::abs(get(*given) - force) <= 1e-9 * std::abs(force);
-    const double unit = in_N ? 1 : rig_.probe_area.si();
+    const double area_m2 = rig_.pressure.area_m2().value_or(0);
+    const bool in_N =
+        given != nullptr && area_m2 > 0 && std::abs(get(*given) - force) <= 1e-9 * std::abs(force);
+    const double unit = in_N ? 1 : area_m2;
     if (given != nullptr && unit > 0) changes = at_most(*given, no->end / unit, asked());
     out.refuse(Refusal(no->why, std::move(changes)));
   }

@@ -6,8 +6,8 @@
 namespace lcrig {
 
 double LevelLabels::force_of(const Target& target) const {
-  // The plan has refused a pressure without a probe area.
-  const double area_m2 = target.kind == TargetKind::pressure ? probe_area_m2_.value() : 0;
+  // The plan has refused a pressure without an area.
+  const double area_m2 = target.kind == TargetKind::pressure ? pressure_.area_m2().value() : 0;
   return target_force_N(target, environment_, LoadFactors(area_m2, gravity_m_s2_));
 }
 
@@ -17,7 +17,9 @@ void LevelLabels::aim(const StepFacts& facts) {
   target_pressure_Pa_.reset();
   if (facts.aim == nullptr || !is_force(*facts.aim)) return;
   target_force_N_ = force_of(*facts.aim);
-  if (probe_area_m2_) target_pressure_Pa_ = *target_force_N_ / *probe_area_m2_;
+  // A stored pressure is over the probe, whatever the protocol states (docs/database.md).
+  const auto probe_m2 = pressure_.probe_area_m2();
+  if (probe_m2) target_pressure_Pa_ = *target_force_N_ / *probe_m2;
 }
 
 LoadLevel LevelLabels::next(std::string step_id, std::int64_t readings, MonoTime begin) {

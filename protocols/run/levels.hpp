@@ -17,9 +17,8 @@ namespace lcrig {
 class LevelLabels {
  public:
   // `environment` must outlive it.
-  LevelLabels(const Environment& environment, std::optional<double> probe_area_m2,
-              double gravity_m_s2)
-      : environment_(environment), probe_area_m2_(probe_area_m2), gravity_m_s2_(gravity_m_s2) {}
+  LevelLabels(const Environment& environment, const PressureArea& pressure, double gravity_m_s2)
+      : environment_(environment), pressure_(pressure), gravity_m_s2_(gravity_m_s2) {}
 
   double force_of(const Target& target) const;  // N, for a target that is a force or a pressure
   // Sets the force of the following levels to the target of this step, or to none after a motion to
@@ -37,7 +36,7 @@ class LevelLabels {
 
  private:
   const Environment& environment_;
-  std::optional<double> probe_area_m2_;
+  PressureArea pressure_;
   double gravity_m_s2_;
   std::optional<double> target_force_N_, target_pressure_Pa_;
   std::int64_t levels_ = 0;

@@ -31,7 +31,7 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
       drive(s, log, interrupts, guard, truth, contact),
       distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
       motions(s, log, guard, pressing, view, truth, contact, drive),
-      labels(v, s.probe_area_m2, s.gravity_m_s2),
+      labels(v, s.pressure, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, MeterState(s.lcr_settings, s.corrections),
               std::move(sampled)),
       questions(executor, log),

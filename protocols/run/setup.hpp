@@ -57,7 +57,8 @@ struct RunSetup {
   std::function<Task<Result<>>(double start_travel_m, double contact_travel_m)> check_at_contact;
   LcrSettings lcr_settings;  // as read back
   CorrectionsOn corrections;  // which ones the meter applied before the run
-  std::optional<double> probe_area_m2;  // force = pressure times this
+  // Of the steps: what their pressures are over. Of stored levels: always the probe.
+  PressureArea pressure;
   double gravity_m_s2 = kStandardGravity_m_s2;  // at the place of the rig
   PlannedTimes planned;  // for the progress that people see
   std::int64_t run = 0;

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/pressure_area.hpp"
 #include "base/task.hpp"
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
@@ -80,6 +81,7 @@ struct RunRecord {
   std::int64_t lcr_readings = 0, measure_readings = 0, unproven_readings = 0;
   std::int64_t frame_samples = 0;
   std::optional<double> capacitance_F, secondary, force_N, travel_m, pressure_Pa;
+  PressureOn pressure_on = PressureOn::probe;  // of pressure_Pa
 };
 
 // Everything that a live line, `lcrig status` or a page shows.

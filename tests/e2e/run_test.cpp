@@ -240,7 +240,7 @@ std::string specimen_of_many_layers() {
                                    { "material": "kapton", "thickness_um": 12.5 } ] })";
   }
   return R"({ "format": "specimen/1", "name": "many", "disc_diameter_mm": 8.0,
-    "faces": "bonded_laminate", "materials": {
+    "faces": "bonded_laminate", "top": "bonded_plate", "materials": {
       "PDMS": { "relative_permittivity": 2.75, "youngs_modulus_kPa": 200, "poisson_ratio": 0.499 },
       "kapton": { "relative_permittivity": 3.5, "youngs_modulus_kPa": 2500000,
                   "poisson_ratio": 0.34 } },

@@ -25,7 +25,7 @@ Rig some_rig(bool weights) {
   rig.frame.travel_max = Length::from_si(0.1);
   rig.frame.sample_rate_max_Hz = 1000;
   rig.frame.deceleration = Acceleration::from_si(1);
-  rig.probe_area = Area::from_si(12.566e-6);
+  rig.pressure.probe_diameter_m = 4e-3;
   rig.compression_m = [](double force_N) { return 1e-5 * force_N; };
   return rig;
 }

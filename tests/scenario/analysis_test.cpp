@@ -79,7 +79,9 @@ double surely_within(const Estimate& e) {
 TEST(Analysis, IntervalsOfTheSensitivityHoldTheTruth) {
   const Specimen specimen =
       parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
-  const auto world = BenchWorld::make(specimen, 1e-4, Force::from_si(1.7), PlantConfig()).value();
+  const auto world =
+      BenchWorld::make(specimen, specimen.disc_diameter_m, 1e-4, Force::from_si(1.7), PlantConfig())
+          .value();
   int inside = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     auto request = of_paper_1("static-frame", seed);
@@ -109,7 +111,9 @@ TEST(Analysis, IntervalsOfTheSensitivityHoldTheTruth) {
 TEST(Analysis, DynamicRangeOfTheRehearsalIsThatOfTheSpecimen) {
   const Specimen specimen =
       parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
-  const auto world = BenchWorld::make(specimen, 1e-4, Force::from_si(1.7), PlantConfig()).value();
+  const auto world =
+      BenchWorld::make(specimen, specimen.disc_diameter_m, 1e-4, Force::from_si(1.7), PlantConfig())
+          .value();
   auto request = of_paper_1("dynamic-cycles", 3);
   request.parameters = {{"cycles", "3"}, {"gap_mm", "0.1"}};
   const auto a = rehearsed(request);
@@ -127,7 +131,9 @@ TEST(Analysis, DynamicRangeOfTheRehearsalIsThatOfTheSpecimen) {
 TEST(Analysis, ReadingsUnderAMovingForceLieOnTheSpecimensCurve) {
   const Specimen specimen =
       parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
-  const auto world = BenchWorld::make(specimen, 1e-4, Force::from_si(1.7), PlantConfig()).value();
+  const auto world =
+      BenchWorld::make(specimen, specimen.disc_diameter_m, 1e-4, Force::from_si(1.7), PlantConfig())
+          .value();
   const TempDir dir;
   auto request = of_paper_1("dynamic-cycles", 1);
   request.parameters = {{"cycles", "5"}, {"gap_mm", "0.1"}};

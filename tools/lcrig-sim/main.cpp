@@ -164,8 +164,9 @@ class SimBench {
     mounting.seed = options_.seed;
     if (options_.weights) mounting.contact_travel_m = 0;
     auto world =
-        BenchWorld::make(*specimen, bench->error_tolerance, Force::from_si(options_.max_force_N),
-                         mounting, options_.realistic ? ErrorScope::everything : bench->errors);
+        BenchWorld::make(*specimen, bench->fixture.probe_diameter_m, bench->error_tolerance,
+                         Force::from_si(options_.max_force_N), mounting,
+                         options_.realistic ? ErrorScope::everything : bench->errors);
     if (!world) return fail(world.error());
     world_ = std::move(*world);
     ZwickSimSettings frame;

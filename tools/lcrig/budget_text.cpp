@@ -17,7 +17,9 @@ using nlohmann::json;
 
 namespace {
 
-json to_json(const Prediction& p) {
+constexpr std::string_view kPerPressure = "fF/kPa";
+
+json to_json(const Prediction& p, const PressureArea& pressure) {
   json out{{"quantity", p.quantity}, {"unit", p.unit}};
   if (!p.reason.empty()) {
     out["reason"] = p.reason;
@@ -25,6 +27,9 @@ json to_json(const Prediction& p) {
     return out;
   }
   out["value"] = p.value;
+  if (const auto on_disc = pressure.on_disc(); on_disc && p.unit == kPerPressure) {
+    out["value_on_disc"] = p.value / *on_disc;
+  }
   out["standard_error"] = p.standard_error;
   out["relative_percent"] = p.relative() * 100;
   out["half_width"] = p.half_width;
@@ -44,7 +49,7 @@ json to_json(const Prediction& p) {
   return out;
 }
 
-json to_json(const BudgetPoint& p, bool with_results) {
+json to_json(const BudgetPoint& p, bool with_results, const PressureArea& pressure = {}) {
   json out{{"aperture", to_string(p.aperture)},
            {"frequency_Hz", p.frequency_Hz},
            {"parameters", p.parameters},
@@ -64,7 +69,7 @@ json to_json(const BudgetPoint& p, bool with_results) {
   out["front"] = p.front;
   if (!with_results) return out;
   json results = json::array();
-  for (const Prediction& r : p.predictions) results.push_back(to_json(r));
+  for (const Prediction& r : p.predictions) results.push_back(to_json(r, pressure));
   out["results"] = std::move(results);
   return out;
 }
@@ -168,23 +173,27 @@ void add_settings(const Budget& budget, plot::Panel& panel) {
 json to_json(const Budget& budget) {
   json rows = json::array();
   for (const BudgetSetting& s : budget.settings) {
-    json row = to_json(s.planned, true);
+    json row = to_json(s.planned, true, budget.pressure);
     json curve = json::array();
     for (const BudgetPoint& p : s.curve) curve.push_back(to_json(p, false));
     row["curve"] = std::move(curve);
     if (budget.target) row["to_target"] = s.to_target ? to_json(*s.to_target, false) : json();
     rows.push_back(std::move(row));
   }
-  json out{{"model_level", budget.model_level}, {"rows", std::move(rows)}};
+  json out{{"model_level", budget.model_level},
+           {"pressure", lcrig::to_json(budget.pressure)},
+           {"rows", std::move(rows)}};
   out["target_percent"] = budget.target ? json(*budget.target * 100) : json();
-  out["cheapest"] = budget.cheapest ? to_json(*budget.cheapest, true) : json();
+  out["cheapest"] = budget.cheapest ? to_json(*budget.cheapest, true, budget.pressure) : json();
   return out;
 }
 
 std::string to_table(const Budget& budget) {
-  std::string out = fmt::format("{:8} {:>9} {:>9} {:>9}  {:24} {:>10} {:>10} {:>9} {:>10}  {}\n",
-                                "aperture", "frequency", "time", "readings", "result", "expected",
-                                "std error", "interval", "all, +-", "largest part");
+  std::string out = budget.pressure.words();
+  if (!out.empty()) out += '\n';
+  out += fmt::format("{:8} {:>9} {:>9} {:>9}  {:24} {:>10} {:>10} {:>9} {:>10}  {}\n", "aperture",
+                     "frequency", "time", "readings", "result", "expected", "std error", "interval",
+                     "all, +-", "largest part");
   for (const BudgetSetting& s : budget.settings) append_row(s.planned, out);
   if (!budget.target) return out;
   out += fmt::format(

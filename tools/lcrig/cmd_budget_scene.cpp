@@ -32,7 +32,7 @@ Result<SpecimenCurve> budget_curve(const LibraryFile& file, const Protocol& prot
   const auto limits = bind_limits(protocol, environment, rig.frame);
   if (!limits) return fail(limits.error());
   const Force most = Force::from_si(kForceReserve * limits->force_max_N);
-  return tabulate(*specimen, most, rig.probe_area);
+  return tabulate(*specimen, most, rig_for(protocol, rig).pressure);
 }
 
 }  // namespace lcrig::cli

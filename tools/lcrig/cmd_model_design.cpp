@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "model/design.hpp"
 #include "tools/lcrig/command_output.hpp"
@@ -14,7 +15,12 @@ namespace lcrig::cli {
 
 namespace {
 
-void print_text(std::ostream& out, const Design& design) {
+// Small loads are proportional, so the initial slope can be stated over either area.
+void print_text(std::ostream& out, const Design& design, const PressureArea& pressure) {
+  const bool over_probe = pressure.on == PressureOn::probe;
+  const double on_disc = pressure.on_disc().value_or(1);
+  fmt::print(out, "{}\n", pressure_line(pressure));
+  if (over_probe) fmt::print(out, "\"fF/kPa at 0\" is over the probe, 0-100 kPa is on the disc\n");
   fmt::print(out, "{}\n", design.method);
   if (design.search_grid_m > 0) {
     fmt::print(out, "searched all partitions in steps of {:.3g} um and refined the best\n",
@@ -28,7 +34,7 @@ void print_text(std::ostream& out, const Design& design) {
     const std::string fitted =
         o.fitted_F_Pa > 0 ? fmt::format("{:.4g}", o.fitted_F_Pa * 1e18) : std::string("-");
     fmt::print(out, "{:>8.4g} {:>10.4g} {:>12} {:>9.1f}  {}:{}\n", o.c0_F * 1e12,
-               o.initial_F_Pa * 1e18, fitted, o.gain * 100, o.placement, layers);
+               o.initial_F_Pa * 1e18 * on_disc, fitted, o.gain * 100, o.placement, layers);
   }
 }
 
@@ -48,6 +54,7 @@ class DesignCommand final : public Command {
     list.number("--least-mm", mm(wanted_.least_layer), "T",
                 "Thinnest layer that can be made (0.1)");
     list.number("--diameter-mm", mm(wanted_.disc_diameter), "D", "Of the disc (4)");
+    list.number("--probe-diameter-mm", probe_mm_, "D", kProbeHelp);
     list.one_of("--faces", faces_, all_words<Faces>(),
                 "How layers are held sideways (bonded_base)");
     list.one_of("--top", top_, all_words<Top>(), "What presses (pressure)");
@@ -66,12 +73,20 @@ class DesignCommand final : public Command {
     wanted_.top = parse_word<Top>(top_).value_or(wanted_.top);
     auto design = design_partition(wanted_);
     if (!design) return Failure(design.error(), "lcrig model design --help");
-    return show(context, to_json(*design), [&](std::ostream& out) { print_text(out, *design); });
+    Specimen disc;
+    disc.disc_diameter_m = wanted_.disc_diameter.si();
+    disc.top = wanted_.top;
+    auto area = over_probe(probe_mm_, disc);
+    if (!area) return area.error();
+    auto all = to_json(*design);
+    all["pressure"] = to_json(*area);  // its other members are over the disc
+    return show(context, all, [&](std::ostream& out) { print_text(out, *design, *area); });
   }
 
  private:
   DesignRequest wanted_;
   double count_ = 4;
+  std::optional<double> probe_mm_;
   std::string faces_ = "bonded_base", top_ = "pressure";
 };
 }  // namespace

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "analysis/analysis.hpp"
+#include "analysis/pressure_of_run.hpp"
 #include "model/auto_level.hpp"
 #include "model/fit.hpp"
 #include "model/specimen_file.hpp"
@@ -236,6 +237,11 @@ class FitCommand final : public Command {
     if (!row) return Failure(row.error());
     auto specimen = parse_specimen(row->specimen_text, row->specimen_name);
     if (!specimen) return Failure(specimen.error());
+    PressureArea pressure = pressure_of_run(*row);
+    if (auto whole = require_whole_disc(pressure); !whole) {
+      return Failure(whole.error(), next_command(context.global, {"runs", "show", run_}));
+    }
+    pressure.on = PressureOn::disc;  // of whatever the fit prints
     auto settings = options_.settings();
     if (!settings) return settings.error();
     auto checked = verify_aside(db, id);
@@ -259,8 +265,12 @@ class FitCommand final : public Command {
     const FittedRun of{id, row->simulated, chain->intact};
     const RigError rig =
         error_of_rig(parse_capabilities(row->frame_capabilities_json), specimen->area_m2());
-    return show(context, to_json(of, level, model_error, rig, *fit),
-                [&](std::ostream& out) { out << to_text(of, level, model_error, rig, *fit); });
+    json all = to_json(of, level, model_error, rig, *fit);
+    all["pressure"] = lcrig::to_json(pressure);
+    return show(context, all, [&](std::ostream& out) {
+      if (pressure.differs()) fmt::print(out, "{}\n", pressure.words());
+      out << to_text(of, level, model_error, rig, *fit);
+    });
   }
 
  private:

@@ -22,8 +22,8 @@ std::string picture(const Ladder& ladder) {
   plot::Panel panel;
   panel.title = "Time against error of the model's levels";
   panel.x.label = "seconds";
-  panel.y.label =
-      fmt::format("relative error of delta C at {:.4g} kPa", ladder.pressure.si() / 1e3);
+  panel.y.label = fmt::format("relative error of delta C at {:.4g} kPa on the disc",
+                              ladder.pressure.si() / 1e3);
   panel.x.log = panel.y.log = true;
   panel.height = 340;
   for (const LadderRow& row : ladder.rows) {
@@ -64,14 +64,23 @@ class LadderCommand final : public Command {
     if (auto fits = require_replaceable(svg_, kPictureMark); !fits) return fits.error();
     auto specimen = options_.specimen(context);
     if (!specimen) return specimen.error();
+    const auto area = options_.pressure(*specimen);
+    if (!area) return area.error();
+    const double on_disc_kPa = pressure_kPa_ * area->on_disc().value_or(1);
     const auto now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
-    auto ladder = climb_ladder(*specimen, Pressure::from_si(pressure_kPa_ * 1e3), now);
+    auto ladder = climb_ladder(*specimen, Pressure::from_si(on_disc_kPa * 1e3), now);
     if (!ladder) return Failure(ladder.error(), "lcrig model ladder --help");
     if (!svg_.empty()) {
       auto written = write_file(svg_, kPictureMark, picture(*ladder));
       if (!written) return written.error();
     }
-    return show(context, to_json(*ladder), [&](std::ostream& out) { out << to_table(*ladder); });
+    auto all = to_json(*ladder);
+    all["pressure"] = to_json(*area);
+    all["pressure_kPa"] = pressure_kPa_;
+    all["pressure_on_disc_kPa"] = on_disc_kPa;
+    return show(context, all, [&](std::ostream& out) {
+      fmt::print(out, "{}\n{}", pressure_line(*area), to_table(*ladder));
+    });
   }
 
  private:
@@ -84,6 +93,8 @@ Outcome<ExitCode> model_compare(Context& context, const std::string&) {
   auto rows = compare_with_paper();
   if (!rows) return Failure(rows.error());
   return show(context, to_json(*rows), [&](std::ostream& out) {
+    fmt::print(out,
+               "pressure is force over the paper's disc of 4 mm; its probe has the same area\n\n");
     fmt::print(out, "{}\nErrors and ambiguities of the paper:\n", to_table(*rows));
     int number = 0;
     for (const auto& text : paper_errata()) fmt::print(out, "{:>3}. {}\n", ++number, text);

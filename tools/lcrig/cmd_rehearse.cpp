@@ -44,12 +44,15 @@ json to_json(const RehearseResult& r) {
               {"remarks", r.remarks},
               {"anchor", r.anchor.empty() ? json() : json(r.anchor)},
               {"code", r.code ? json(to_string(*r.code)) : json(nullptr)},
+              {"pressure", r.pressure ? lcrig::to_json(*r.pressure) : json(nullptr)},
               {"C0_pF", json_or_null(r.c0_pF)},
               {"peak_force_N", json_or_null(r.peak_force_N)},
               {"delta_C_fF_at_peak", json_or_null(r.delta_C_fF_at_peak)}};
 }
 
 void print_text(Console& console, const RehearseResult& r) {
+  const auto pressure = r.pressure ? r.pressure->words() : std::string();
+  if (!pressure.empty()) fmt::print(console.out, "{}\n", pressure);
   fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, to_string(r.exit_status),
              r.reason.empty() ? "" : " (" + printable(r.reason, kLongestWords) + ")");
   fmt::print(console.out, "{} LCR readings ({} of measure steps){}, {} frame samples\n",

@@ -52,6 +52,7 @@ class RunCommand final : public Command {
     auto started = client->call("run.start", to_json(*start), kPlanPatience);
     if (!started) return refused_run(context, started.error(), *start, protocol_, parameters_);
     const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
+    if (!context.global.json) print_pressure(context.console.out, *started);
     return follow(context, *client, signals, run);
   }
 

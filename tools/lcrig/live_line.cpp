@@ -69,8 +69,9 @@ std::string force_part(const RunStatus& s) {
 }
 
 std::string pressure_part(const RunStatus& s) {
-  return s.pressure_Pa ? fmt::format("P {} kPa", format_fixed(*s.pressure_Pa * 1e-3, 2))
-                       : std::string();
+  if (!s.pressure_Pa) return "";
+  return fmt::format("P {} kPa{}", format_fixed(*s.pressure_Pa * 1e-3, 2),
+                     s.pressure_on == PressureOn::disc ? " on disc" : "");
 }
 
 std::string travel_part(const RunStatus& s) {

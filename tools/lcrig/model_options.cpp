@@ -12,11 +12,16 @@
 
 namespace lcrig::cli {
 
+namespace {
+constexpr double kLargestProbe_mm = 1e4;  // as the largest disc of a specimen file
+}
+
 void ModelOptions::declare_specimen(ArgumentList& list) {
   list.option("-s,--specimen", specimen_, kSpecimenWord,
               "What is pressed: a name or a specimen file", true);
   list.one_of("--faces", faces_, all_words<Faces>(), "Other faces than the specimen's");
   list.one_of("--top", top_, all_words<Top>(), "Other top than the specimen's");
+  list.number("--probe-diameter-mm", probe_mm_, "D", kProbeHelp);
 }
 
 void ModelOptions::declare_level(ArgumentList& list) {
@@ -45,10 +50,49 @@ Outcome<Specimen> ModelOptions::specimen(const Context& context) const {
   return *specimen;
 }
 
+Outcome<PressureArea> over_probe(const std::optional<double>& probe_mm, const Specimen& specimen) {
+  PressureArea out;
+  put_disc(specimen, out);
+  if (!probe_mm) {
+    out.on = PressureOn::disc;
+    return out;
+  }
+  if (!(*probe_mm > 0 && *probe_mm <= kLargestProbe_mm)) {
+    return Failure(kUsage,
+                   fmt::format("--probe-diameter-mm {:g}: expected above 0, up to {:g}", *probe_mm,
+                               kLargestProbe_mm),
+                   "give the diameter of the probe tip, such as 4");
+  }
+  out.probe_diameter_m = *probe_mm * 1e-3;
+  if (auto whole = require_whole_disc(out); !whole) {
+    return Failure(whole.error(), "leave --probe-diameter-mm out for pressures over the disc");
+  }
+  return out;
+}
+
+std::string pressure_line(const PressureArea& pressure) {
+  if (auto words = pressure.words(); !words.empty()) return words;
+  const double disc_mm = pressure.disc_diameter_m.value_or(0) * 1e3;
+  if (pressure.on == PressureOn::probe) {
+    return fmt::format(
+        "pressure is force over the probe of {:.6g} mm, which covers the disc of {:.6g} mm",
+        pressure.probe_diameter_m.value_or(0) * 1e3, disc_mm);
+  }
+  return fmt::format(
+      "pressure is force over the disc of {:.6g} mm ({:.4g} mm2); --probe-diameter-mm D states it "
+      "over a probe",
+      disc_mm, pressure.disc_area_m2().value_or(0) * 1e6);
+}
+
+Outcome<PressureArea> ModelOptions::pressure(const Specimen& specimen) const {
+  return over_probe(probe_mm_, specimen);
+}
+
 std::string ModelOptions::ladder_command(const Context& context, Pressure pressure) const {
   Words words{"model", "ladder", "--specimen", specimen_};
   add_option(words, "--faces", faces_);
   add_option(words, "--top", top_);
+  if (probe_mm_) add_option(words, "--probe-diameter-mm", fmt::format("{:g}", *probe_mm_));
   add_option(words, "--pressure-kPa", fmt::format("{:g}", pressure.si() / 1e3));
   return next_command(context.global, words);
 }

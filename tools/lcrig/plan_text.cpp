@@ -118,8 +118,16 @@ void print_travel(std::ostream& out, const json& plan) {
 
 }  // namespace
 
+void print_pressure(std::ostream& out, const json& message) {
+  if (!message.is_object() || !message.contains("pressure")) return;
+  const json& pressure = message.at("pressure");
+  const auto words = pressure.is_object() ? pressure.value("words", "") : std::string();
+  if (!words.empty()) fmt::print(out, "{}\n", printable(words));
+}
+
 void print_plan(std::ostream& out, const json& plan) {
   const auto number = [&plan](const char* key) { return plan.at(key).get<double>(); };
+  print_pressure(out, plan);
   print_steps(out, plan.at("steps"));
   fmt::print(out, "\nduration      {}\n", format_time(number("duration_s")));
   if (const double hand_s = plan.value("hand_s", 0.0); hand_s > 0) {

@@ -7,6 +7,9 @@
 
 namespace lcrig::cli {
 
+// Which pressure is meant, where probe and disc differ: from the member `pressure` of a plan or of
+// the answer to run.start. Prints nothing without it (an older daemon).
+void print_pressure(std::ostream& out, const nlohmann::json& message);
 // `plan` as made by to_json(Plan). Throws json::exception when it is something else.
 void print_plan(std::ostream& out, const nlohmann::json& plan);
 

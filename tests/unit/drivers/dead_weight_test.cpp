@@ -61,11 +61,13 @@ TEST(DeadWeight, AsksForTheStepAndNamesTotalForceAndPressure) {
   ASSERT_TRUE(b.run(b.frame->place_mass(Mass::from_si(0.15))));
   ASSERT_TRUE(b.run(b.frame->place_mass(Mass::from_si(0.05))));
   ASSERT_TRUE(b.run(b.frame->place_mass(Mass())));
-  EXPECT_EQ(b.prompts, (std::vector<std::string>{
-                           "Place 100 g on the rod (total 120 g = 1.177 N = 93.65 kPa)",
-                           "Place 50 g on the rod (total 170 g = 1.667 N = 132.7 kPa)",
-                           "Take 100 g off the rod (total 70 g = 0.6865 N = 54.63 kPa)",
-                           "Remove all weights from the rod (total 20 g = 0.1961 N = 15.61 kPa)"}));
+  EXPECT_EQ(
+      b.prompts,
+      (std::vector<std::string>{
+          "Place 100 g on the rod (total 120 g = 1.177 N = 93.65 kPa over the probe)",
+          "Place 50 g on the rod (total 170 g = 1.667 N = 132.7 kPa over the probe)",
+          "Take 100 g off the rod (total 70 g = 0.6865 N = 54.63 kPa over the probe)",
+          "Remove all weights from the rod (total 20 g = 0.1961 N = 15.61 kPa over the probe)"}));
   EXPECT_DOUBLE_EQ(b.loads[1].si(), 0.17 * 9.80665);
 }
 

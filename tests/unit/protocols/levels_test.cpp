@@ -3,10 +3,19 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 namespace lcrig {
 namespace {
 
 constexpr double kArea_m2 = 2e-4, kGravity_m_s2 = 9.81;
+
+PressureArea over_probe() {
+  PressureArea out;
+  out.probe_diameter_m = std::sqrt(4 * kArea_m2 / std::numbers::pi);
+  return out;
+}
 
 Target target(TargetKind kind, double value) {
   Target t;
@@ -25,7 +34,7 @@ class Levels : public ::testing::Test {
   LoadLevel next() { return labels.next("m", 5, MonoTime()); }
 
   Environment environment;
-  LevelLabels labels{environment, kArea_m2, kGravity_m_s2};
+  LevelLabels labels{environment, over_probe(), kGravity_m_s2};
 };
 
 TEST_F(Levels, AreNumberedThroughTheRunAndWithinEachRepeat) {
@@ -51,6 +60,20 @@ TEST_F(Levels, CarryTheForceThatTheLastLoadStepAimedAt) {
 TEST_F(Levels, OfAPressureCarryItsForce) {
   aim(TargetKind::pressure, 1000);
   EXPECT_DOUBLE_EQ(*next().target_force_N, 1000 * kArea_m2);
+}
+
+// A stored pressure is over the probe, also where the protocol states it on the disc.
+TEST_F(Levels, OfAPressureOnTheDiscCarryTheForceOverTheDisc) {
+  PressureArea pressure = over_probe();
+  pressure.disc_diameter_m = *pressure.probe_diameter_m / 2;
+  pressure.on = PressureOn::disc;
+  LevelLabels on_disc(environment, pressure, kGravity_m_s2);
+  const Target to = target(TargetKind::pressure, 1000);
+  on_disc.aim(StepFacts(FrameUse::hold(HoldMode::force, &to), kNoReadings, kNoSettings, kNoQuestion,
+                        kNoLoop));
+  const LoadLevel level = on_disc.next("m", 5, MonoTime());
+  EXPECT_DOUBLE_EQ(*level.target_force_N, 1000 * kArea_m2 / 4);
+  EXPECT_DOUBLE_EQ(*level.target_pressure_Pa, 250);
 }
 
 TEST_F(Levels, AtATravelCarryNoForce) {
@@ -88,7 +111,7 @@ TEST_F(Levels, OfARunThatGoesOnCountOn) {
   next();
   RunPoint point;
   labels.write_to(point);
-  LevelLabels later(environment, kArea_m2, kGravity_m_s2);
+  LevelLabels later(environment, over_probe(), kGravity_m_s2);
   later.take_from(point);
   later.enter_repeat(3);
   const LoadLevel level = later.next("m", 5, MonoTime());

@@ -54,7 +54,7 @@ inline Rig frame_rig() {
   f.force_loop->stiffness_max = 1000.0_N_mm;
   rig.expected_contact = Length();
   rig.frame_stiffness_N_m = 60e3;
-  rig.probe_area = Area::from_si(std::numbers::pi * 4e-6);
+  rig.pressure.probe_diameter_m = 4e-3;
   rig.compression_m = [](double force) { return force / 60e3; };
   return rig;
 }

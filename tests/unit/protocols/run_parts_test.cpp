@@ -120,7 +120,7 @@ TEST_F(Parts, PointSaysWhereARunWouldGoOn) {
 TEST_F(Parts, PointLetsLevelsCountOn) {
   parts().labels.next("s", 5, clock.now());
   const LoadLevel second = parts().labels.next("s", 5, clock.now());
-  LevelLabels later(values, std::nullopt, 9.81);
+  LevelLabels later(values, PressureArea(), 9.81);
   later.take_from(parts().point());
   EXPECT_EQ(later.next("s", 5, clock.now()).level, second.level + 1);
 }
