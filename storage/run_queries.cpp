@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/runs.hpp"
 
+#include <algorithm>
+
 #include "storage/copied_from.hpp"
 #include "storage/database.hpp"
 #include "storage/proof.hpp"
@@ -48,7 +50,8 @@ Result<RunListing> ReadListing::operator()(const Statement& s) const {
   if (may_be_unproven) {
     auto counted = keep(count_unproven(db, out.run), out.unproven_readings);
     if (!counted) return fail(counted.error());
-    out.lcr_readings -= out.unproven_readings;
+    // A run without links is listed without counts.
+    out.lcr_readings = std::max<std::int64_t>(0, out.lcr_readings - out.unproven_readings);
   }
   if (end) out.exit_status = parse_word<ExitStatus>(*end);
   if (!end || out.exit_status) return out;
