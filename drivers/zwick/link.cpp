@@ -264,14 +264,18 @@ void Link::on_done(const Line& line) {
 }
 
 void Link::on_stopped(const Line& line) {
-  const auto stops = line.number_of("stops");
-  // Until HELLO is answered, the number belongs to the previous session.
-  const bool known = stops && identity_ && hellos_owed_ == 0;
-  const auto sent = static_cast<double>(stops_sent_);
   heard_ = clock_.now();
-  // A STOP that was not sent yet cannot be confirmed.
-  const double count = known ? std::clamp(*stops, 0.0, sent) : sent;
-  stopped_ = std::max(stopped_, static_cast<std::int64_t>(count));
+  // Until HELLO is answered, the number belongs to the previous session.
+  if (!identity_ || hellos_owed_ > 0) {
+    stopped_ = stops_sent_;
+    return knock();
+  }
+  const auto stops = line.number_of("stops");
+  if (!stops) return on_garbage("STOPPED", stops.error().what);
+  // A STOP that was not sent cannot be confirmed.
+  const bool possible = *stops >= 0 && *stops <= static_cast<double>(stops_sent_);
+  if (!possible) return on_garbage("STOPPED", "a count of STOPs that were not sent");
+  stopped_ = std::max(stopped_, static_cast<std::int64_t>(*stops));
   knock();
 }
 

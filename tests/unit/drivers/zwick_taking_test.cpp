@@ -42,6 +42,31 @@ TEST(ZwickTaking, AnEarlierStoppedConfirmsNoLaterStop) {
   EXPECT_EQ(r.error().code, Errc::not_standing);
 }
 
+// Twice, out of order, for a STOP that was not sent, for none, for a part of one.
+TEST(ZwickTaking, OnlyTheCountOfAStopThatWasSentConfirmsIt) {
+  for (const char* said : {"STOPPED stops=7\n", "STOPPED\n", "STOPPED stops=-1\n",
+                           "STOPPED stops=x\n", "STOPPED stops=0\nSTOPPED stops=0\n"}) {
+    SCOPED_TRACE(said);
+    FrameBench b;
+    b.armed();
+    ASSERT_TRUE(b.run(b.frame->stop()));
+    const auto move = b.begin(b.frame->move_to(0.9_mm, 0.01_mm_s));
+    b.pass(500ms);
+    b.sim->faults.lies.stop_ignored = true;
+    b.sim->poke();
+    const auto stop = b.begin(b.frame->stop());
+    b.pass(100ms);
+    b.sim->faults.say = std::string("STOPPED stops=1\n") + said + "STOPPED stops=1\n";
+    b.sim->poke();
+    b.pass(100ms);
+    EXPECT_FALSE(stop->done()) << "it moves, and another STOP was confirmed";
+    b.sim->faults.lies.stop_ignored = false;
+    b.sim->poke();
+    EXPECT_TRUE(b.await(*stop)) << "the repeated STOP is obeyed and confirmed";
+    EXPECT_EQ(b.await(*move)->reason, MotionEnd::stopped);
+  }
+}
+
 TEST(ZwickTaking, AMachineThatMovesIsStoppedByTheStopAlready) {
   FrameBench b;
   ASSERT_TRUE(b.run(b.frame->observe(50)));
