@@ -180,6 +180,8 @@ constexpr FaultKind kKinds[] = {
     {T::frame, "stop_late", S::lasting, kDelay, lie<&Lies::stop_late_s, &F::delay_s>},
     {T::frame, "stop_unconfirmed", S::lasting, 0, lie<&Lies::stop_unconfirmed>},
     {T::frame, "stop_ignored", S::lasting, 0, lie<&Lies::stop_ignored>},
+    {T::frame, "stop_pretended", S::lasting, 0, lie<&Lies::stop_pretended>},
+    {T::frame, "stop_silences", S::lasting, 0, lie<&Lies::stop_silences>},
     {T::frame, "caps_changed", S::once, 0, change_caps},
     {T::bench, "operator_absent", S::lasting, kNeedsEnd, send_operator_away},
     {T::bench, "disk_full", S::lasting, 0, around<&FaultSurroundings::set_disk_full>},

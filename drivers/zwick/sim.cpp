@@ -166,7 +166,8 @@ MonoTime ZwickSim::next_due() const {
   if (!answers_.empty()) sent = std::min(sent, answers_.front().due);
   if (!session_) return sent;
   MonoTime due = std::max(clock_.now(), said_ + frame_link::kHeartbeat);
-  if (faults.silent || faults.no_heartbeats) due = clock_.now() + frame_link::kHeartbeat;
+  if (faults.silent || silenced_ || faults.no_heartbeats)
+    due = clock_.now() + frame_link::kHeartbeat;
   due = std::min(due, sent);
   if (!watchdog_tripped_) due = std::min(due, heard_ + frame_link::kSilence);
   if (const auto event = clerk_ ? clerk_->next_event() : std::nullopt) due = std::min(due, *event);
@@ -242,6 +243,7 @@ void ZwickSim::lie(MonoTime now) {
   clock_since_ = now;
   const bool pulled = faults.lies.estop && !lies_.estop;
   lies_ = faults.lies;
+  silenced_ = silenced_ && lies_.stop_silences;
   machine_->set_lies(now, lies_);
   clerk_->set_lies(now, lies_);
   if (pulled && session_) say(frame_link::format_event("estop", "E-stop"));
@@ -302,12 +304,12 @@ void ZwickSim::finish_batch() {
 
 void ZwickSim::flush() {
   if (batch_.empty()) return;
-  if (!faults.silent) frame_link::append_samples(out_, batch_);
+  if (!faults.silent && !silenced_) frame_link::append_samples(out_, batch_);
   batch_.clear();
 }
 
 void ZwickSim::say(std::string_view line) {
-  if (!faults.silent) out_ += line;
+  if (!faults.silent && !silenced_) out_ += line;
 }
 
 double ZwickSim::chance() {

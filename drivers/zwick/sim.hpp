@@ -121,6 +121,8 @@ struct ZwickSimLies {
   bool stop_ignored = false;  // STOP is neither obeyed nor answered
   bool stop_unconfirmed = false;  // STOP is obeyed but not answered
   double stop_late_s = 0;  // STOP is answered this late
+  bool stop_pretended = false;  // STOP is answered at once and not obeyed; samples hide the motion
+  bool stop_silences = false;  // STOP is not obeyed, and from then on the gateway sends nothing
   double clock_rate = 1;  // rate of the device clock; 0: frozen
   bool other_caps = false;  // CAPS state half the deceleration
   bool operator==(const ZwickSimLies&) const = default;
@@ -218,6 +220,7 @@ class ZwickSim {
   void on_command(const frame_link::Line& line, std::string_view text);
   void on_stop();
   void answer_stops();
+  void say_stopped();
   void set_rate(const frame_link::Line& line);
   void start_samples(double rate_Hz);
   void say(std::string_view line);
@@ -266,6 +269,7 @@ class ZwickSim {
   std::int64_t stops_ = 0;  // received in this session
   std::int64_t last_number_ = -1;  // of a command in this session
   bool stop_owed_ = false;
+  bool silenced_ = false;  // by a STOP
   std::optional<MonoTime> stop_due_;  // when a slow gateway will answer it
   ZwickSimLies lies_;  // as of the latest catch_up
   double clock_gain_s_ = 0;  // error of a wrong rate until clock_since_

@@ -197,6 +197,12 @@ void ZwickSim::on_line(std::string_view text) {
 void ZwickSim::on_stop() {
   ++stops_;
   if (lies_.stop_ignored) return;
+  silenced_ = lies_.stop_silences;
+  if (silenced_) return;
+  if (lies_.stop_pretended) {
+    if (machine_) machine_->disown();
+    return say_stopped();
+  }
   stop_owed_ = true;
   if (clerk_) clerk_->stop(clock_.now());
   if (machine_) machine_->halt(clock_.now(), MotionEnd::stopped, "STOP");
@@ -213,6 +219,11 @@ void ZwickSim::answer_stops() {
     --faults.lose_stopped;
     return;
   }
+  say_stopped();
+}
+
+void ZwickSim::say_stopped() {
+  flush();
   MotionOutcome standing;
   if (machine_) {
     const FrameSample s = machine_->sample(clock_.now());

@@ -199,12 +199,15 @@ TEST(FaultPlayer, EveryLieBeginsAndEnds) {
     { "fault": "estop", "on": "frame", "at_s": 1, "for_s": 2 },
     { "fault": "stop_late", "on": "frame", "at_s": 1, "for_s": 2, "delay_s": 2.5 },
     { "fault": "stop_unconfirmed", "on": "frame", "at_s": 1, "for_s": 2 },
-    { "fault": "stop_ignored", "on": "frame", "at_s": 1, "for_s": 2 })");
+    { "fault": "stop_ignored", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "stop_pretended", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "stop_silences", "on": "frame", "at_s": 1, "for_s": 2 })");
   s.player.begin();
   s.pass(2s);
   ZwickSimLies lies;
   lies.force_frozen = lies.force_reversed = lies.drive_reversed = lies.done_early = true;
   lies.done_unmoved = lies.estop = lies.stop_unconfirmed = lies.stop_ignored = true;
+  lies.stop_pretended = lies.stop_silences = true;
   lies.force_drift_N_s = -0.005;
   lies.force_scatter = 5;
   lies.force_held = true;
