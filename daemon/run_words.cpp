@@ -36,6 +36,9 @@ std::string service_line(const RunStatus& s) {
   auto line = fmt::format("{} {} on {}: {}", run_words(s.simulated, s.run), s.protocol, s.specimen,
                           to_string(s.state));
   if (!s.step_id.empty()) line += ", " + s.step_id;
+  if (const auto alarm = alarm_words(s.standstill); !alarm.empty()) {
+    return fmt::format("{}; frame: {}", line, alarm);
+  }
   if (all_s > 0) {
     line += fmt::format(", {:.0f} %, {}{:.0f} min left", std::floor(100 * s.elapsed_s / all_s),
                         s.overdue ? "more than " : "", std::ceil(s.left_s / 60));

@@ -150,6 +150,7 @@ Task<TurnEnd> QueueTurns::take_turn(TurnOfQueue turn) {
     co_await parts_.use.wait(over);
     end.outcome = *last;
     if (last->code) hazards_.take(hazard_of(*last->code));
+    if (!last->stands) hazards_.take(Hazard::not_standing);  // no gate opens while it may move
   } else {
     end.outcome = fail(started.error());
     hazards_.take(hazard_of(started.error().code));

@@ -24,6 +24,8 @@ std::string but_first(RunState state) {
     case RunState::waiting_for_operator:
       return "; it waits for a person first: `lcrig status` says for what";
     case RunState::waiting_for_instrument: return "; it waits for an instrument first";
+    case RunState::stopping: return "; standstill of the frame is not confirmed yet";
+    case RunState::holding_force: return "; it waits for an instrument first, and holds the force";
     case RunState::preparing:
     case RunState::running:
     case RunState::finishing:
@@ -54,13 +56,80 @@ std::string reason_of(const std::string& why, const PeerCredentials& peer) {
 
 }  // namespace
 
-Task<Result<>> RunSteering::pause(PeerCredentials peer) {
+Task<Result<StopAnswer>> RunSteering::pause(PeerCredentials peer) {
   peer.user = co_await parts_.callers.name_for_stop(peer);
-  auto run = parts_.use.running();
-  if (!run) co_return fail(run.error());
+  auto live = parts_.use.running();
+  if (!live) co_return fail(live.error());
+  Run& run = **live;
   parts_.callers.note("run.pause", peer);
-  (*run)->interrupt(InterruptRequest(Interrupt::pause, reason_of("", peer)));
-  co_return Result<>();
+  const Run::Taken taken = run.interrupt(InterruptRequest(Interrupt::pause, reason_of("", peer)));
+  if (taken != Run::Taken::acts) {
+    co_return fail(Errc::invalid_request,
+                   "the run is ending and is not paused: the frame moves to unload the specimen; "
+                   "lcrig freeze stops it at once");
+  }
+  co_return co_await confirm_pause(run);
+}
+
+// What a person must know if the frame may move, though it was to stop.
+std::optional<Error> RunSteering::alarm_of(const Run& run) const {
+  const auto words = alarm_words(run.progress().standstill);
+  if (words.empty()) return std::nullopt;
+  return Error(Errc::not_standing,
+               fmt::format("frame: {}; STOP is sent again and again until it is confirmed", words));
+}
+
+// How the run ended that was to be stopped or paused.
+Error RunSteering::end_of(const Run& run) const {
+  const auto& last = parts_.use.last_run();
+  const bool gone = parts_.use.live_run() != &run;
+  if (gone && last && !last->stands) {
+    return Error(Errc::not_standing, "frame: standstill not confirmed: use the E-stop");
+  }
+  return Error(Errc::aborted, gone && last ? "the run ended instead: " + last->reason
+                                           : "the run ends instead: it was stopped");
+}
+
+// Returns when `is_known`, or when standstill is not confirmed in time.
+template <class Known>
+Task<> RunSteering::await_stop(const Run& run, Known is_known) {
+  constexpr Duration kLook = 50ms;  // the alarm comes with time alone, and is no event
+  const MonoTime alarm = clock_.now() + StandstillWatch::kPatience;
+  const MonoTime limit = clock_.now() + 70s;  // enough for two STOPs on the slowest machine
+  const auto is_over = [this, &run, &is_known, alarm] {
+    if (parts_.use.live_run() != &run || is_known()) return true;
+    return clock_.now() >= alarm && alarm_of(run);
+  };
+  bool over = is_over();
+  while (!over && clock_.now() < limit) {
+    const MonoTime next = clock_.now() + kLook;
+    over = co_await parts_.use.wait(is_over, next);
+  }
+}
+
+// Answers "paused" only when the frame stands and the run waits.
+Task<Result<StopAnswer>> RunSteering::confirm_pause(Run& run) {
+  const auto waits_for_instrument = [&run] {
+    return run.progress().state == RunState::waiting_for_instrument;
+  };
+  const auto is_known = [&run, &waits_for_instrument] {
+    return run.progress().state == RunState::paused || waits_for_instrument() || run.is_ending();
+  };
+  co_await await_stop(run, is_known);
+  if (parts_.use.live_run() != &run) co_return tl::unexpected(end_of(run));
+  if (run.progress().state == RunState::paused) {
+    if (run.commands()) co_return StopAnswer(StopState::standing, "paused");
+    co_return StopAnswer(StopState::not_ours,
+                         "paused; the frame was only observed and is not stopped");
+  }
+  if (waits_for_instrument()) {
+    co_return StopAnswer(StopState::standing,
+                         "the frame stands; the run waits for an instrument, and is paused when it "
+                         "is back");
+  }
+  if (auto alarm = alarm_of(run)) co_return tl::unexpected(std::move(*alarm));
+  if (run.is_ending()) co_return tl::unexpected(end_of(run));
+  co_return fail(Errc::not_standing, "frame: standstill not confirmed: use the E-stop");
 }
 
 Task<Result<StopAnswer>> RunSteering::stop_run(Interrupt kind, std::string why,
@@ -91,15 +160,16 @@ Task<Result<StopAnswer>> RunSteering::stop_run(Interrupt kind, std::string why,
 // Answers "stopped" only when the frame confirmed it after the request.
 Task<Result<StopAnswer>> RunSteering::confirm_stop(Run& run, std::uint64_t stands,
                                                    std::uint64_t failures) {
-  const MonoTime limit = clock_.now() + 70s;  // enough for two STOPs on the slowest machine
-  const auto is_known = [this, &run, stands, failures] {
-    return parts_.use.live_run() != &run || run.stands() != stands || run.failed_stops() > failures;
+  const auto is_known = [&run, stands, failures] {
+    return run.stands() != stands || run.failed_stops() > failures;
   };
-  co_await parts_.use.wait(is_known, limit);
+  co_await await_stop(run, is_known);
   const bool gone = parts_.use.live_run() != &run;
   const auto& ended = parts_.use.last_run();
   const bool failed = gone ? ended && ended->code == Errc::not_standing : run.stands() == stands;
-  if (failed) co_return fail(Errc::not_standing, "standstill not confirmed: use the E-stop");
+  if (failed) {
+    co_return fail(Errc::not_standing, "frame: standstill not confirmed: use the E-stop");
+  }
   if (!gone && !run.commands()) {
     co_return StopAnswer(StopState::not_ours,
                          "the recording ends; the frame was only observed and is not stopped");

@@ -27,7 +27,7 @@ class RunSteering final : public SteeringHandler {
   };
   RunSteering(Clock& clock, const Parts& parts) : clock_(clock), parts_(parts) {}
 
-  Task<Result<>> pause(PeerCredentials peer) override;
+  Task<Result<StopAnswer>> pause(PeerCredentials peer) override;
   Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials peer) override;
   Task<Result<StopAnswer>> stop_after(StopPlace place, std::string why,
                                       PeerCredentials peer) override;
@@ -42,6 +42,11 @@ class RunSteering final : public SteeringHandler {
   Task<Result<StopAnswer>> ask_at(PlannedStops::Kind kind, StopPlace place, std::string why,
                                   PeerCredentials peer);
   Task<Result<StopAnswer>> confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures);
+  Task<Result<StopAnswer>> confirm_pause(Run& run);
+  template <class Known>
+  Task<> await_stop(const Run& run, Known is_known);
+  std::optional<Error> alarm_of(const Run& run) const;
+  Error end_of(const Run& run) const;
 
   Clock& clock_;
   Parts parts_;

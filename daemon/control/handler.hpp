@@ -45,7 +45,9 @@ class RunHandler {
 class SteeringHandler {
  public:
   virtual ~SteeringHandler() = default;
-  virtual Task<Result<>> pause(PeerCredentials peer) = 0;
+  // Returns when the frame stands and the run is paused, or will be once an instrument is back.
+  // Errors: not_standing; invalid_request (no run, or `finally` runs).
+  virtual Task<Result<StopAnswer>> pause(PeerCredentials peer) = 0;
   // A pause or a stop at the end of a part. Return at once, with the time until then. Errors:
   // invalid_request.
   virtual Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials peer) = 0;
@@ -53,7 +55,7 @@ class SteeringHandler {
                                               PeerCredentials peer) = 0;
   // Return when the frame has confirmed standstill after this request, or when it is clear what
   // happens instead: `finally` goes on, or a run that was being prepared does not begin. Errors:
-  // not_standing.
+  // not_standing, a second after the request at the latest, plus the time of braking.
   virtual Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;

@@ -146,6 +146,7 @@ void fields(F& f, Of<F, RunStatus>& s) {
   f.text("specimen", s.specimen);
   f.boolean("simulated", s.simulated);
   f.word("state", s.state, true);
+  f.word("standstill", s.standstill);  // missing in messages of older daemons
   f.text("step", s.step_id);
   f.text("step_kind", s.step_kind);
   f.text("prompt", s.prompt);

@@ -11,7 +11,9 @@ void Distrust::judge(const FrameSample& sample) {
   auto no = truth_.check(sample);
   if (interrupts_.stop_pending()) return;
   if (ended_) {
-    if (no && no->disbelief == Disbelief::stillness) moves_again_ = no->why;
+    if (!no || no->disbelief != Disbelief::stillness) return;
+    moves_again_ = no->why;
+    drive_.doubt_standstill();
     return;
   }
   if (!no) no = truth_.check_fall(sample);
@@ -28,7 +30,7 @@ void Distrust::disbelieve(const Contradiction& contradiction) {
       if (pressing_ != nullptr) pressing_->distrust(why);
       break;
     case Disbelief::drive: drive_.keep_hands_off(why); return;
-    case Disbelief::stillness: break;
+    case Disbelief::stillness: drive_.doubt_standstill(); break;
   }
   interrupts_.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }

@@ -41,7 +41,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   if (stop && stop->code == Errc::frame_fault && run_.drive.keep_hands_off(stop->why)) {
     stop->hands_off = true;
   }
-  run_.progress.enter(RunState::finishing);
+  run_.progress.enter<RunState::finishing>();
   run_.guard.expect_standstill();
   stop = run_.interrupts.begin_finish(std::move(stop));
   co_await run_.drive.stop();
@@ -65,7 +65,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   co_await make_meter_safe();
   run_.setup.frame.set_listener(nullptr);
   run_.interrupts.close();
-  run_.progress.enter(RunState::ended);
+  run_.progress.enter<RunState::ended>();
   result_.peak_force_N = run_.guard.peak_force_N();
   result_.stands = !run_.setup.moves() || !run_.drive.prepared() ||
                    (run_.drive.standing() && losses_.frame_away() == nullptr);

@@ -1,9 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/frame_drive.hpp"
 
+#include <algorithm>
+#include <boost/asio/this_coro.hpp>
 #include <utility>
 
 namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kAgain = 1s;  // between two attempts to stop
+constexpr Duration kLook = 20ms;  // between two looks at the samples
+constexpr Duration kFlowing = 500ms;  // samples that are older do not come any more
+// What is written when the frame confirms STOP and its samples show a motion.
+constexpr const char* kMovesOn =
+    "the frame confirmed STOP, and its samples show that it moves: standstill not confirmed: use "
+    "the E-stop";
+
+}  // namespace
 
 Task<Result<>> FrameDrive::take_command() {
   const FrameCapabilities caps = contact_.frame_capabilities();
@@ -39,16 +55,82 @@ Task<> FrameDrive::stop() {
     co_return;
   }
   truth_.look_away();
+  next_try_ = setup_.clock.now() + kAgain;
+  still_.ask(setup_.clock.now(), brakes());
   auto stopped = co_await setup_.frame.stop();
-  if (stopped) truth_.stand();
-  count_stop(stopped.has_value());
-  log_.event(stopped ? EventKind::stopped : EventKind::stop_failed,
-             stopped ? "" : stopped.error().what);
+  const auto state = co_await asio::this_coro::cancellation_state;
+  if (state.cancelled() != asio::cancellation_type::none) co_return;
+  if (stopped) {
+    log_.event(EventKind::stopped, "");
+    still_.confirm(setup_.clock.now(), sample_period());
+    co_await await_still_samples();
+  }
+  // A frame that counts as lost, and answers, is taken at its word until it is back.
+  const bool stands = stopped && (still_.holds() || still_.is_lost());
+  if (stands) {
+    told_failed_ = false;
+    truth_.stand();
+  }
+  count_stop(stands);
+  if (!stands) tell_failed(stopped ? kMovesOn : stopped.error().what);
+}
+
+// One event for a stop that is tried again and again.
+void FrameDrive::tell_failed(std::string why) {
+  if (!std::exchange(told_failed_, true)) log_.event(EventKind::stop_failed, std::move(why));
+}
+
+Task<Stands> FrameDrive::stand_still() {
+  while (!still_.holds()) {
+    if (setup_.clock.now() < next_try_) co_await setup_.clock.wait_until(next_try_);
+    co_await stop();
+  }
+  co_return Stands();
+}
+
+Task<> FrameDrive::await_still_samples() {
+  while (!still_.holds() && setup_.clock.now() < still_.look_ends()) {
+    co_await setup_.clock.wait_for(kLook);
+  }
+}
+
+// A machine that decelerates slowly needs longer before it can confirm standstill.
+Duration FrameDrive::brakes() const {
+  const FrameCapabilities& caps = setup_.frame.capabilities();
+  const double deceleration = caps.deceleration.si();
+  if (!(deceleration > 0)) return caps.reaction;
+  return caps.reaction + from_seconds(last_speed_m_s_ / deceleration);
+}
+
+// nullopt: samples are not coming, or not judged yet.
+std::optional<Duration> FrameDrive::sample_period() const {
+  const Duration period = from_seconds(1 / setup_.frame_rate_Hz);
+  const Duration flowing = std::max<Duration>(kFlowing, 3 * period);
+  if (!prepared_ || !last_sample_) return std::nullopt;
+  if (setup_.clock.now() - *last_sample_ > flowing) return std::nullopt;
+  return period;
+}
+
+void FrameDrive::note_order(double speed_m_s) {
+  last_speed_m_s_ = std::abs(speed_m_s);
+  next_try_ = MonoTime();
+  still_.order(last_speed_m_s_);
+}
+
+void FrameDrive::see(const FrameSample& sample) {
+  last_sample_ = sample.received;
+  still_.take(sample, truth_.still_m());
 }
 
 Task<Result<>> FrameDrive::stop_silently() {
+  still_.rejoin();
+  still_.ask(setup_.clock.now(), brakes());
   auto stopped = co_await setup_.frame.stop();
-  if (stopped) count_stop(true);
+  if (!stopped) co_return stopped;
+  std::optional<Duration> period;
+  if (prepared_) period = from_seconds(1 / setup_.frame_rate_Hz);  // samples will come
+  still_.confirm(setup_.clock.now(), period);
+  count_stop(true);
   co_return stopped;
 }
 
@@ -68,6 +150,7 @@ Task<Result<>> FrameDrive::hold_travel() {
 Task<Result<>> FrameDrive::hold_force(double force_N) {
   if (auto may = may_move(); !may) co_return may;
   truth_.begin_hold();
+  note_order(0);
   co_return co_await setup_.frame.hold_force(Force::from_si(force_N));
 }
 

@@ -11,8 +11,10 @@
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_truth.hpp"
 #include "protocols/run/interrupts.hpp"
+#include "protocols/run/progress_keeper.hpp"
 #include "protocols/run/setup.hpp"
 #include "protocols/watch/guard.hpp"
+#include "protocols/watch/standstill.hpp"
 
 namespace lcrig {
 
@@ -20,13 +22,14 @@ class FrameDrive {
  public:
   // All must outlive it.
   FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
-             FrameTruth& truth, const ContactPlace& contact)
+             FrameTruth& truth, const ContactPlace& contact, StandstillWatch& still)
       : setup_(setup),
         log_(log),
         interrupts_(interrupts),
         guard_(guard),
         truth_(truth),
-        contact_(contact) {}
+        contact_(contact),
+        still_(still) {}
 
   // Sets limits and sample rate of a frame that this run commands; of any other frame only the
   // rate.
@@ -34,8 +37,18 @@ class FrameDrive {
   Task<Result<>> arm(FrameLimits limits);  // the device watches these limits; sent only when they
                                            // change
   void forget_limits() { armed_.reset(); }  // the device may have other limits now
-  // Stops now, and records whether standstill was confirmed.
+  // Stops now, and records whether standstill was confirmed: by the frame, and by its samples after
+  // that.
   Task<> stop();
+  // Stops again and again, once a second, until standstill is confirmed.
+  Task<Stands> stand_still();
+  // A person wants it to stand: STOP is sent even if nothing was ordered since the last one.
+  void expect_stop() { note_order(last_speed_m_s_); }
+  // An order is being sent that may move the frame.
+  void note_order(double speed_m_s);
+  void see(const FrameSample& sample);  // every sample
+  void doubt_standstill() { still_.contradict(setup_.clock.now()); }
+  void lose_link() { still_.lose(); }
   // The same after the link came back, when no motion was under way. Errors: as LoadFrame::stop.
   Task<Result<>> stop_silently();
 
@@ -43,6 +56,8 @@ class FrameDrive {
   Task<Result<>> hold_travel();
   // The held force that the frame returns to after a pause or a loss.
   std::optional<double> held_force_N() const { return held_force_N_; }
+  // The frame holds it now, and moves to do so.
+  bool is_holding_force() const { return held_force_N_ && !still_.is_asked(); }
   void will_hold(std::optional<double> force_N) { held_force_N_ = force_N; }
   Task<Result<>> restore_hold();
 
@@ -64,6 +79,10 @@ class FrameDrive {
 
  private:
   void count_stop(bool stands);
+  void tell_failed(std::string why);
+  Duration brakes() const;
+  std::optional<Duration> sample_period() const;
+  Task<> await_still_samples();
 
   const RunSetup& setup_;
   const EventLog& log_;
@@ -71,6 +90,11 @@ class FrameDrive {
   Guard& guard_;
   FrameTruth& truth_;
   const ContactPlace& contact_;
+  StandstillWatch& still_;
+  double last_speed_m_s_ = 0;
+  MonoTime next_try_{};  // of stand_still
+  bool told_failed_ = false;  // since the last STOP that was confirmed
+  std::optional<MonoTime> last_sample_;
   std::optional<FrameLimits> armed_;  // limits that the device watches now
   std::optional<double> held_force_N_;
   std::optional<Error> hands_off_;  // why nothing may move any more

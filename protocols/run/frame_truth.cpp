@@ -128,6 +128,10 @@ void FrameTruth::stand(std::optional<double> travel_m) {
   if (plausible_) plausible_->stand(setup_.clock.now(), travel_m);
 }
 
+double FrameTruth::still_m() const {
+  return plausible_ ? plausible_->still_m() : kStanding_m;
+}
+
 std::optional<Contradiction> FrameTruth::check(const FrameSample& sample) {
   if (!plausible_) return std::nullopt;
   return plausible_->check(sample);

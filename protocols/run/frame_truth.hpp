@@ -77,6 +77,9 @@ class FrameTruth {
     if (plausible_) plausible_->distrust_force();
   }
 
+  // What the travel of a standing frame may differ by, from sample to sample.
+  double still_m() const;
+
   // Samples of the frame.
   std::optional<Contradiction> check(const FrameSample& sample);
   // Judges a force below the lower limit. nullopt: the specimen may be pulling at the probe.

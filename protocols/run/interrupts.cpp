@@ -2,6 +2,7 @@
 #include "protocols/run/interrupts.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "base/as_result.hpp"
@@ -10,6 +11,10 @@
 namespace lcrig {
 
 namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kLagLasts = 1s;  // until everything that waited here has been read
 
 bool is_stop(const InterruptRequest& request) {
   return request.kind != Interrupt::pause;
@@ -80,13 +85,29 @@ InterruptRequest InterruptQueue::take_stop() {
 }
 
 Task<> InterruptQueue::wait(MonoTime until) {
+  const auto over = [](std::optional<MonoTime>* due) { due->reset(); };
+  const std::unique_ptr<std::optional<MonoTime>, decltype(over)> guard(&due_, over);
   while (pending_.empty() && clock_.now() < until) {
     ++ticks_;
-    last_tick_ = clock_.now();
-    const MonoTime next = std::min(until, last_tick_ + kTick);
-    auto r = co_await either(wake_.async_receive(kAsResult), clock_.wait_until(next));
+    due_ = std::min(until, clock_.now() + kTick);
+    auto r = co_await either(wake_.async_receive(kAsResult), clock_.wait_until(*due_));
+    note_lag();
     if (r.index() == 1) look_();
   }
+}
+
+void InterruptQueue::note_lag() {
+  const MonoTime now = clock_.now();
+  const Duration late = std::max(Duration::zero(), now - due_.value_or(now));
+  if (late < lag_ && now - lagged_ < kLagLasts) return;
+  lag_ = late;
+  lagged_ = now;
+}
+
+std::optional<Duration> InterruptQueue::own_lag(MonoTime now) const {
+  if (!due_) return std::nullopt;
+  const Duration before = now - lagged_ < kLagLasts ? lag_ : Duration::zero();
+  return std::max({Duration::zero(), now - *due_, before});
 }
 
 Task<> InterruptQueue::wait_for_stop() {

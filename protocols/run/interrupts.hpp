@@ -75,12 +75,16 @@ class InterruptQueue {
   void close() { over_ = true; }  // nothing can be asked for any more
   bool over() const { return over_; }
 
-  // For the watchdog, and to see whether this program itself was suspended.
-  std::uint64_t ticks() const { return ticks_; }
-  MonoTime last_tick() const { return last_tick_; }
+  std::uint64_t ticks() const { return ticks_; }  // for the watchdog
+  // By how much this program itself is late, or was within the last second: it was suspended, or
+  // had no processor. What arrived meanwhile waited here, and not at the instruments. nullopt:
+  // nobody waits, so it is not known.
+  std::optional<Duration> own_lag(MonoTime now) const;
 
  private:
   using WakeChannel = asio::experimental::channel<void(boost::system::error_code)>;
+
+  void note_lag();
 
   Clock& clock_;
   const EventLog& log_;
@@ -89,7 +93,9 @@ class InterruptQueue {
   WakeChannel wake_, resumes_;
   bool stop_pending_ = false, finishing_ = false, over_ = false;
   std::uint64_t ticks_ = 0;
-  MonoTime last_tick_{};
+  std::optional<MonoTime> due_;  // of the next tick; none: nobody waits
+  MonoTime lagged_{};  // when the last lag was seen
+  Duration lag_{};
 };
 
 }  // namespace lcrig

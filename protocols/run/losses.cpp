@@ -8,6 +8,7 @@
 
 #include "base/either.hpp"
 #include "base/text.hpp"
+#include "protocols/run/scoped_flag.hpp"
 
 namespace lcrig {
 
@@ -42,6 +43,7 @@ void Losses::lose_meter(Error error) {
 void Losses::lose_frame(Error error) {
   run_.guard.set_watch_age(false);
   run_.truth.look_away();
+  run_.drive.lose_link();
   if (!memory_at_loss_) {
     memory_at_loss_ = run_.view.memory();
     memory_at_loss_->origin = run_.setup.frame.origin();
@@ -66,18 +68,25 @@ void Losses::tell(const std::optional<Away>& away, const Error* lost) const {
   if (run_.setup.on_loss) run_.setup.on_loss(which(away), lost);
 }
 
-// Old samples are not the gateway's fault if this program itself was suspended.
 void Losses::judge_age(std::span<const FrameSample> samples) {
   const MonoTime now = run_.setup.clock.now();
   const auto finding = sample_clock_.add(samples);
   if (finding.news) run_.event(finding.news->first, finding.news->second);
-  const bool slept = now - run_.interrupts.last_tick() > 2 * InterruptQueue::kTick;
-  if (finding.age_s <= SampleClock::kLate_s || slept) return;
+  const auto own_lag = run_.interrupts.own_lag(now);
+  if (finding.age_s <= SampleClock::kLate_s || !own_lag) return;
+  const bool ours = finding.age_s - to_seconds(*own_lag) <= SampleClock::kLate_s;
   if (now - age_told_ >= 1s || age_told_ == MonoTime()) {
     age_told_ = now;
-    run_.event(LateSamplesEvent{finding.age_s});
+    if (ours) {
+      run_.event(EventKind::lag,
+                 fmt::format("samples of the frame waited in this computer: they are {:.2f} s old, "
+                             "because lcrigd was {:.2f} s late",
+                             finding.age_s, to_seconds(*own_lag)));
+    } else {
+      run_.event(LateSamplesEvent{finding.age_s});
+    }
   }
-  if (!run_.motions.in_motion() || run_.interrupts.finishing()) return;
+  if (ours || !run_.motions.in_motion() || run_.interrupts.finishing()) return;
   lose_frame(
       Error(Errc::no_reply, fmt::format("the samples of the frame are {:.2f} s old when they "
                                         "arrive: nobody can watch a motion like that",
@@ -92,8 +101,7 @@ void Losses::look() {
   }
   if (auto why = run_.sampler.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
   const bool finishing = run_.interrupts.finishing();
-  const bool waited_for = finishing || run_.progress.state() == RunState::waiting_for_instrument;
-  const bool told = away_before && waited_for;
+  const bool told = away_before && (finishing || surviving_);
   const bool matters = frame_ || (meter_ && !finishing);
   if (!matters || told) return;
   run_.interrupts.push(InterruptRequest(Interrupt::loss, first_away().why));
@@ -129,15 +137,19 @@ Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
   if (stop) co_return stop;
   const bool finishing = run_.interrupts.finishing();
   progress.interrupt(run_.setup.clock.now());
-  std::optional<ProgressKeeper::During> waiting;
-  if (!finishing) waiting.emplace(run_.progress, RunState::waiting_for_instrument);
-  if (frame_ || !run_.drive.held_force_N()) co_await run_.drive.stop();
+  std::optional<ScopedFlag> surviving(std::in_place, surviving_);
+  std::optional<ProgressKeeper::Shown> stopping;
+  if (!finishing) stopping.emplace(run_.progress.show<RunState::stopping>());
+  // The link may be alive, though nothing is heard.
+  const bool moves = finishing && !run_.drive.held_force_N();
+  if (frame_ || moves) co_await run_.drive.stop();
   const Duration patience = finishing ? kFinallyPatience : run_.setup.protocol.on_loss_timeout;
   stop = co_await wait_for_return(patience);
   const auto& hands_off = run_.drive.hands_off();
   if (!stop && hands_off) stop = InterruptRequest(Interrupt::fault, *hands_off);
   if (stop) co_return stop;
-  waiting.reset();
+  stopping.reset();
+  surviving.reset();
   run_.sampler.start(run_.setup.protocol.sample.lcr_continuous);
   const bool anew = run_.setup.protocol.on_loss == OnLoss::repeat_step || finishing;
   if (anew) {
@@ -155,40 +167,73 @@ Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
 Task<std::optional<InterruptRequest>> Losses::wait_for_return(Duration patience) {
   const MonoTime limit = run_.setup.clock.now() + patience;
   std::optional<InterruptRequest> stop;
-  while (is_away() && !stop) {
-    auto r = co_await either(bring_back(), run_.interrupts.wait(limit));
+  for (bool there = false; !there && !stop;) {
+    auto r = co_await either(come_back(), run_.interrupts.wait(limit));
     const bool interrupted = r.index() == 1 && !run_.interrupts.empty();
     if (r.index() == 0) {
-      const auto& back = std::get<0>(r);
-      if (!back) stop = InterruptRequest(Interrupt::fault, back.error());
+      there = run_.interrupts.empty();  // else bring_back gave up
     } else if (interrupted) {
       InterruptRequest request = run_.interrupts.take();
       if (request.kind == Interrupt::pause) pause_wanted_ = true;
       const bool goes_on = request.kind == Interrupt::pause || request.kind == Interrupt::loss;
       if (!goes_on) stop = std::move(request);
     } else {
-      const Away& away = first_away();
-      stop = InterruptRequest(Interrupt::fault, away.why);
-      stop->why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
-                               to_seconds(patience), away.attempts, away.last);
+      stop = gave_up(patience);
     }
-    if (stop && !interrupted && !run_.drive.hands_off()) run_.event(EventKind::fault, stop->why);
+    if (stop && !interrupted) run_.event(EventKind::fault, stop->why);
   }
   co_return stop;
 }
 
-// Returns when both instruments are back, or with the reason why waiting is useless.
-Task<Result<>> Losses::bring_back() {
+InterruptRequest Losses::gave_up(Duration patience) const {
+  if (!is_away()) {
+    return InterruptRequest(Interrupt::fault,
+                            Error(Errc::not_standing,
+                                  "the instrument is back, but standstill is not confirmed: use "
+                                  "the E-stop"));
+  }
+  const Away& away = first_away();
+  InterruptRequest stop(Interrupt::fault, away.why);
+  stop.why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
+                          to_seconds(patience), away.attempts, away.last);
+  return stop;
+}
+
+// With only the meter away the frame continues to hold a force, unless a person wants it to stand.
+Task<ProgressKeeper::Shown> Losses::show_waiting() {
+  if (run_.drive.is_holding_force() && !pause_wanted_) {
+    co_return run_.progress.show<RunState::holding_force>();
+  }
+  co_return co_await run_.wait_as(RunState::waiting_for_instrument);
+}
+
+// Returns when both instruments are back and the frame stands.
+Task<> Losses::come_back() {
+  auto back = bring_back();
+  auto standing = stand_by();
+  co_await both(std::move(back), std::move(standing));
+}
+
+// Shows that the run waits, once the frame stands.
+Task<> Losses::stand_by() {
+  if (run_.interrupts.finishing()) co_return;
+  while (frame_) co_await run_.setup.clock.wait_for(kPause);
+  const auto shown = co_await show_waiting();
+  while (is_away()) co_await run_.setup.clock.wait_for(kPause);
+}
+
+// Returns when both instruments are back. When waiting is useless, it requests the end of the run.
+Task<> Losses::bring_back() {
   for (;;) {
-    if (frame_) {
-      auto tried = co_await try_frame();
-      if (!tried) co_return tried;
+    Result<> tried;
+    if (frame_) tried = co_await try_frame();
+    if (tried && meter_) tried = co_await try_meter();
+    if (!tried) {
+      if (!run_.drive.hands_off()) run_.event(EventKind::fault, tried.error().what);
+      run_.interrupts.push(InterruptRequest(Interrupt::fault, tried.error()));
+      co_return;
     }
-    if (meter_) {
-      auto tried = co_await try_meter();
-      if (!tried) co_return tried;
-    }
-    if (!is_away()) co_return Result<>();
+    if (!is_away()) co_return;
     co_await run_.setup.clock.wait_for(kPause);
   }
 }

@@ -24,7 +24,8 @@ class Losses {
   void lose_meter(Error error);
   void lose_frame(Error error);
   void meter_answered(MonoTime t) { last_reading_ = t; }
-  // Stops a motion whose samples arrive too late, because nobody can watch it.
+  // Stops a motion whose samples arrive too late, because nobody can watch it. Samples that waited
+  // in this computer are not the frame's fault.
   void judge_age(std::span<const FrameSample> samples);
   // Notices instruments that are connected but silent, and treats them as lost.
   void look();
@@ -61,7 +62,11 @@ class Losses {
   bool keeps_vanishing();
   std::optional<InterruptRequest> give_up();
   Task<std::optional<InterruptRequest>> wait_for_return(Duration patience);
-  Task<Result<>> bring_back();
+  Task<> come_back();
+  Task<> bring_back();
+  Task<> stand_by();
+  Task<ProgressKeeper::Shown> show_waiting();
+  InterruptRequest gave_up(Duration patience) const;
   Task<Result<>> try_meter();
   Task<Result<>> try_frame();
   Task<Result<>> rejoin_frame();
@@ -78,6 +83,7 @@ class Losses {
   std::vector<MonoTime> losses_;  // in the last minute
   std::size_t losses_in_finally_ = 0;
   bool pause_wanted_ = false;
+  bool surviving_ = false;  // `survive` runs
   SampleClock sample_clock_;
   MonoTime age_told_{};
 };

@@ -55,6 +55,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   if (deadline == now) co_return too_long();  // a motion would begin for nothing
   drive_.will_hold(std::nullopt);
   truth_.begin(order.motion);
+  drive_.note_order(order.motion.speed_m_s);
   last_speed_m_s_ = order.motion.speed_m_s;
   const ScopedFlag moving(in_motion_);
   auto r = co_await either(std::move(motion), setup_.clock.wait_until(deadline));

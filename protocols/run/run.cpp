@@ -15,6 +15,9 @@ using namespace std::chrono_literals;
 // Between two looks. No slewing changes a clock that fast.
 constexpr Duration kWallClockStep = 500ms;
 
+// The gateway stops after 1 s without a word, and words are sent every 0.25 s (docs/frame-link.md).
+constexpr Duration kSilencing = 750ms;
+
 // `progress` was made by `new_progress` for this step.
 Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progress) {
   run.labels.aim(facts_of(step));
@@ -91,6 +94,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   }
   losses_.judge_age(samples);
   for (const FrameSample& s : samples) {
+    parts_.drive.see(s);
     if (parts_.drive.prepared()) parts_.distrust.judge(s);
     // look_at_rest judges the samples before the first motion, and gives advice.
     const bool judged = parts_.drive.prepared() || !setup_.moves();
@@ -107,7 +111,13 @@ void Run::on_frame_event(EventName kind, std::string detail) {
   // The gateway heard nothing from us, so it has stopped, left force control and forgotten the
   // limits.
   if (kind != EventKind::device_watchdog) return;
-  losses_.lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
+  std::string why = "the gateway stopped: " + detail;
+  const auto own_lag = parts_.interrupts.own_lag(setup_.clock.now());
+  if (own_lag && *own_lag >= kSilencing) {
+    why += fmt::format("; lcrigd itself was {:.2f} s late: the fault is this computer's",
+                       to_seconds(*own_lag));
+  }
+  losses_.lose_frame(Error(Errc::disconnected, std::move(why)));
 }
 
 Task<RunResult> Run::execute() {
@@ -124,7 +134,7 @@ Task<RunResult> Run::execute() {
   } else if (const auto& ready = std::get<0>(r); !ready) {
     stop = InterruptRequest(Interrupt::fault, ready.error());
   } else {
-    parts_.progress.enter(RunState::running);
+    parts_.progress.enter<RunState::running>();
     parts_.sampler.start(setup_.protocol.sample.lcr_continuous);
     stop = co_await run_protocol();
   }
@@ -317,14 +327,20 @@ Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request,
   co_return stop;
 }
 
-// Holds travel and goes on recording until somebody resumes or stops the run.
+// Pending until somebody resumes the run, and that is possible only once the frame stands.
+Task<> Run::wait_for_resume() {
+  const auto paused = co_await parts_.wait_as(RunState::paused);
+  co_await parts_.interrupts.resumed();
+}
+
+// Holds travel and continues recording until somebody resumes or stops the run.
 Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   progress.interrupt(setup_.clock.now());
-  std::optional<ProgressKeeper::During> paused(std::in_place, parts_.progress, RunState::paused);
-  co_await parts_.drive.stop();
+  std::optional<ProgressKeeper::Shown> stopping(parts_.progress.show<RunState::stopping>());
+  parts_.drive.expect_stop();
   std::optional<InterruptRequest> stop;
   for (bool resumed = false; !resumed && !stop;) {
-    auto r = co_await either(parts_.interrupts.resumed(), parts_.interrupts.wait());
+    auto r = co_await either(wait_for_resume(), parts_.interrupts.wait());
     resumed = r.index() == 0;
     if (resumed) continue;
     InterruptRequest request = parts_.interrupts.take();
@@ -332,7 +348,7 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
     stop = co_await handle(std::move(request), progress);
   }
   if (stop) co_return stop;
-  paused.reset();
+  stopping.reset();
   parts_.log.event(EventKind::resume, "");
   auto held = co_await parts_.drive.restore_hold();
   if (!held) stop = request_for(held.error());

@@ -75,6 +75,7 @@ class Run final : private LoadFrame::Listener {
   void pass_over_done_steps();
   Task<std::optional<InterruptRequest>> handle(InterruptRequest request, StepProgress& progress);
   Task<std::optional<InterruptRequest>> stay_paused(StepProgress& progress);
+  Task<> wait_for_resume();
 
   RunSetup setup_;
   // The values of the numbers in the current step. Written only by the cursors of run_protocol and

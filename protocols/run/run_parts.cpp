@@ -21,14 +21,15 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
     : setup(s),
       values(v),
       pressing(s.pressing ? &*s.pressing : nullptr),
-      progress(s),
+      still(s.moves()),
+      progress(s, still),
       log(s.clock, s.sink),
       interrupts(executor, s.clock, log, std::move(look)),
       guard(s.limits, stale_after(s.frame_rate_Hz), s.cell),
       view(s, log),
       truth(s, log, guard, pressing, view),
       contact(s, v, guard, truth),
-      drive(s, log, interrupts, guard, truth, contact),
+      drive(s, log, interrupts, guard, truth, contact, still),
       distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
       motions(s, log, guard, pressing, view, truth, contact, drive),
       labels(v, s.pressure, s.gravity_m_s2),
@@ -36,6 +37,16 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
               std::move(sampled)),
       questions(executor, log),
       stops(v, log) {}
+
+Task<ProgressKeeper::Shown> RunParts::wait_as(RunState state) {
+  std::optional<ProgressKeeper::Shown> stopping;
+  if (!still.holds()) stopping.emplace(progress.show<RunState::stopping>());
+  const Stands proof = co_await drive.stand_still();
+  stopping.reset();
+  auto waiting = progress.show(state, proof);
+  if (setup.on_stop) setup.on_stop();
+  co_return std::move(waiting);
+}
 
 RunPoint RunParts::point() const {
   RunPoint p;

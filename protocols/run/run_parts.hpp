@@ -18,6 +18,7 @@
 #include "protocols/run/sampler.hpp"
 #include "protocols/run/setup.hpp"
 #include "protocols/watch/guard.hpp"
+#include "protocols/watch/standstill.hpp"
 
 namespace lcrig {
 
@@ -30,6 +31,7 @@ struct RunParts {
   const RunSetup& setup;  // clock, instruments, sink
   const Environment& values;  // parameters, and the sweep variables of the current step
   Pressing* const pressing;  // nullptr: the frame cannot move
+  StandstillWatch still;
   ProgressKeeper progress;
   EventLog log;
   InterruptQueue interrupts;
@@ -56,6 +58,9 @@ struct RunParts {
   // True while motions may press, which requires a cell that sends a force. The way back requires
   // only the travel.
   bool needs_force() const { return setup.moves() && !interrupts.finishing(); }
+  // The only way into a state in which the run waits: returns once the frame stands. Until then the
+  // state is `stopping`, STOP is repeated, and after a second it is an alarm.
+  Task<ProgressKeeper::Shown> wait_as(RunState state);
   // The state of the run to be stored, from which it can be continued.
   RunPoint point() const;
 };

@@ -16,6 +16,7 @@
 #include "events/payloads.hpp"
 #include "protocols/question.hpp"
 #include "protocols/run/load_level.hpp"
+#include "protocols/watch/standstill.hpp"
 
 namespace lcrig {
 
@@ -47,6 +48,8 @@ inline constexpr EnumWords<2> kWordsOf<Instrument>{"lcr", "frame"};
 enum class RunState {
   preparing,
   running,
+  stopping,  // it is about to wait, and standstill is not confirmed yet
+  holding_force,  // the meter is away, and the frame moves to hold its force
   paused,
   waiting_for_operator,
   waiting_for_instrument,
@@ -54,15 +57,38 @@ enum class RunState {
   ended
 };
 template <>
-inline constexpr EnumWords<7> kWordsOf<RunState>{
-    "preparing", "running", "paused", "waiting_for_operator", "waiting_for_instrument",
-    "finishing", "ended"};
+inline constexpr EnumWords<9> kWordsOf<RunState>{"preparing",
+                                                 "running",
+                                                 "stopping",
+                                                 "holding_force",
+                                                 "paused",
+                                                 "waiting_for_operator",
+                                                 "waiting_for_instrument",
+                                                 "finishing",
+                                                 "ended"};
+// Whether the run waits in this state, so that a person may reach to the rig. Such a state is
+// entered only with the proof that the frame stands (ProgressKeeper).
+constexpr bool waits(RunState state) {
+  switch (state) {
+    case RunState::paused:
+    case RunState::waiting_for_operator:
+    case RunState::waiting_for_instrument: return true;
+    case RunState::preparing:
+    case RunState::running:
+    case RunState::stopping:
+    case RunState::holding_force:
+    case RunState::finishing:
+    case RunState::ended: break;
+  }
+  return false;
+}
 
 // The progress of a run. Only the runner writes it.
 struct RunProgress {
   std::int64_t run = 0;
   std::string protocol, specimen;
   RunState state = RunState::preparing;
+  Standstill standstill = Standstill::not_asked;
   std::string step_id, step_kind;
   std::int64_t repeat = 0, repeats = 0;
   double elapsed_s = 0, planned_s = 0;

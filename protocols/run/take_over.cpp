@@ -25,18 +25,23 @@ double begun_speed(const Protocol& protocol, Environment env, std::int64_t n) {
 
 }  // namespace
 
+Task<Result<>> TakeOver::ask_person() {
+  const Continuation& from = *run_.setup.continues;
+  const auto waiting = co_await run_.wait_as(RunState::waiting_for_operator);
+  const std::string prompt = fmt::format(
+      "Run {} stopped in step {}. Look at the rig: if specimen {} was not touched since, confirm "
+      "to go on.",
+      from.run, from.step_id, run_.setup.specimen);
+  run_.event(EventKind::prompt, prompt);
+  co_return co_await run_.setup.person->confirm(prompt);
+}
+
 Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
   const Continuation& from = *run_.setup.continues;
   std::optional<InterruptRequest> stop;
   if (!from.confirmed) {
     unconfirmed_ = true;
-    const ProgressKeeper::During waiting(run_.progress, RunState::waiting_for_operator);
-    const std::string prompt = fmt::format(
-        "Run {} stopped in step {}. Look at the rig: if specimen {} was not touched since, confirm "
-        "to go on.",
-        from.run, from.step_id, run_.setup.specimen);
-    run_.event(EventKind::prompt, prompt);
-    auto r = co_await either(run_.setup.person->confirm(prompt), run_.interrupts.wait());
+    auto r = co_await either(ask_person(), run_.interrupts.wait());
     if (r.index() == 1) {
       stop = run_.interrupts.take();
     } else if (const auto& said = std::get<0>(r); !said) {

@@ -28,6 +28,7 @@ class TakeOver {
   LeftOff take_left_off() { return std::exchange(left_off_, {}); }
 
  private:
+  Task<Result<>> ask_person();
   Result<> compare_frame_at(std::int64_t first_step) const;
   void pass_over(const Step& step, LcrSettings& settings);
   void keep_answer(std::size_t which);

@@ -177,17 +177,6 @@ StepPlan AskStep::plan(PlannedRig& rig) const {
 
 namespace {
 
-// A frame that holds a force moves to keep it. No person should reach under a probe that may move,
-// so the frame holds its travel until the answer.
-Task<Result<>> keep_still(RunParts& run) {
-  if (!run.drive.held_force_N()) co_return Result<>();
-  co_await run.drive.stop();
-  if (run.drive.standing()) co_return Result<>();
-  co_return fail(Errc::not_standing,
-                 "step {}: nobody is asked while the frame may move: standstill not confirmed",
-                 run.log.step_id());
-}
-
 Task<> respond(RunParts& run, Question question, Result<>& said) {
   if (run.setup.respondent == nullptr) {
     co_await run.questions.answered();
@@ -251,12 +240,12 @@ Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
     progress.answered = true;
   }
   if (progress.answered) co_return co_await run.drive.restore_hold();
-  auto still = co_await keep_still(run);
-  if (!still) co_return still;
+  // A frame that holds a force moves to keep it. No person should reach under a probe that may
+  // move, so the frame holds its travel until the answer.
+  auto shown = co_await run.wait_as(RunState::waiting_for_operator);
+  std::optional<ProgressKeeper::Shown> waiting(std::move(shown));
   const Question asked = question(run.log.step_id(), run.values);
   run.event(EventKind::prompt, prompt_words(asked));
-  std::optional<ProgressKeeper::During> waiting(std::in_place, run.progress,
-                                                RunState::waiting_for_operator);
   auto got = co_await wait_for_answer(asked, run.get(timeout), run, progress);
   waiting.reset();
   if (!got) co_return got;

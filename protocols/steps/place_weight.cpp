@@ -46,9 +46,11 @@ Task<Result<>> PlaceWeightStep::execute(RunParts& run, Progress& /*progress*/) c
   const double mass_kg = load.kind == TargetKind::mass
                              ? run.get(load.value)
                              : run.labels.force_of(load) / run.setup.gravity_m_s2;
-  std::optional<ProgressKeeper::During> waiting;
-  const bool finishing = run.interrupts.finishing();
-  if (!finishing) waiting.emplace(run.progress, RunState::waiting_for_operator);
+  std::optional<ProgressKeeper::Shown> waiting;
+  if (!run.interrupts.finishing()) {
+    auto shown = co_await run.wait_as(RunState::waiting_for_operator);
+    waiting.emplace(std::move(shown));
+  }
   auto placed = co_await run.setup.frame.place_mass(Mass::from_si(mass_kg));
   waiting.reset();
   if (!placed) co_return fail(placed.error());

@@ -120,6 +120,10 @@ double Plausibility::travel_doubt_m() const {
   return kContactDoubt_m + kOneDigit * digit_m_ + kNoiseSigmas * figures_.travel_noise_m;
 }
 
+double Plausibility::still_m() const {
+  return std::max(figures_.against_m, kOneDigit * digit_m_);
+}
+
 bool Plausibility::changed_sign(double stiffness_N_m) const {
   if (!force_believed_ || !place_before_ || !place_) return false;
   if (!place_->travel_m || !place_before_->travel_m) return false;

@@ -79,6 +79,8 @@ class Plausibility {
   PressWatch& press() { return press_; }
   const PressWatch& press() const { return press_; }
   double travel_doubt_m() const;
+  // What the travel of a standing frame may differ by: noise, digit, and the hunting of its loop.
+  double still_m() const;
   // Scatter of the force while the frame stands and its controller hunts: standard deviation of a
   // sample about the ones just before it.
   double wavers_N() const { return std::sqrt(wavers_N2_); }

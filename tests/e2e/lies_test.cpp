@@ -5,11 +5,13 @@
 #include <cmath>
 #include <csignal>
 
+#include "base/clock.hpp"
 #include "tests/e2e/gateway.hpp"
 
 namespace lcrig::e2e {
 namespace {
 
+using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
 
@@ -243,6 +245,35 @@ TEST_F(Lies, AnOrderThatIsObeyedInAPauseIsStopped) {
   EXPECT_LT(at_s(find("stop_received", obeyed)) - at_s(obeyed), 1) << "STOP came late, or never";
   EXPECT_LT(peak(), 1.0);
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+// Once the answer was "paused", exit status 0, and the axis moved on for 5 s.
+TEST_F(Lies, APauseThatTheGatewayIgnoresIsNotCalledOne) {
+  begin({}, protocol("0.005"));
+  await_load(0.1);
+  lie("stop_ignored");
+  const RealClock clock;
+  const MonoTime asked = clock.now();
+  const Ended pause = lcrig({"pause"});
+  EXPECT_EQ(pause.code, 7) << pause.out << pause.err;
+  EXPECT_THAT(pause.err, AllOf(HasSubstr("frame: standstill not confirmed"), HasSubstr("E-stop")));
+  EXPECT_EQ(pause.out, "");
+  const Ended check = lcrig({"status", "--check"});
+  const double told_s = to_seconds(clock.now() - asked);
+  RecordProperty("told_s", std::to_string(told_s));
+  EXPECT_LT(told_s, 3) << "on a machine with a free processor";
+  EXPECT_EQ(check.code, 2) << check.out;
+  EXPECT_THAT(check.out, AllOf(HasSubstr("CRITICAL"), HasSubstr("frame: standstill")));
+  const json run = client_->call("status")["result"]["run"];
+  EXPECT_EQ(run.value("state", ""), "stopping") << run;
+  EXPECT_EQ(run.value("standstill", ""), "not_confirmed") << run;
+  EXPECT_THAT(lcrig({"resume"}).err, HasSubstr("is not paused"));
+  // For an abort the alarm does not wait for the end of the run either.
+  EXPECT_EQ(lcrig({"abort"}).code, 7);
+  EXPECT_EQ(lcrig({"status", "--check"}).code, 2);
+  const json end = ended(30s);
+  EXPECT_FALSE(end.value("stands", true)) << end;
+  EXPECT_EQ(lcrig({"status", "--check"}).code, 2);
 }
 
 TEST_F(Lies, AGatewayThatComesBackWithOtherCapabilitiesIsNotWaitedFor) {

@@ -284,7 +284,7 @@ TEST(Reconnect, AbortActsWhileAnInstrumentIsAway) {
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) { unplug(w, Which::meter); }});
   world.acts.push_back({"settle", 2s, [&](SessionWorld& w) {
                           asked = w.clock.now();
-                          EXPECT_EQ(w.session->status().state, RunState::waiting_for_instrument);
+                          EXPECT_EQ(w.session->status().state, RunState::holding_force);
                           w.interrupt(Interrupt::abort, "a person");
                         }});
   const auto r = world.run();

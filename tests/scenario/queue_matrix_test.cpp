@@ -30,6 +30,7 @@ const std::vector<HoldingCause>& causes() {
   static const std::vector<HoldingCause> all{
       {"not_standing", "frame", R"("fault": "stop_unconfirmed")", {"not_standing"}},
       {"stop_ignored", "frame", R"("fault": "stop_ignored")", {"not_standing"}},
+      {"stop_silences", "frame", R"("fault": "stop_silences")", {"not_standing"}},
       {"left_loaded", "frame", R"("fault": "silent")", {"left_loaded", "not_standing"}},
       {"limit",
        "frame",

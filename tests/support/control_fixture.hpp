@@ -35,7 +35,11 @@ class FakeHandler : public ControlHandler,
     if (after_start) after_start();
     co_return started;
   }
-  Task<Result<>> pause(PeerCredentials) override { co_return done("pause"); }
+  Task<Result<StopAnswer>> pause(PeerCredentials) override {
+    auto ok = done("pause");
+    if (!ok) co_return fail(ok.error());
+    co_return StopAnswer(StopState::standing, "paused");
+  }
   Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials) override {
     co_return later("pause at " + std::string(to_string(place)));
   }

@@ -90,7 +90,10 @@ class RunFixture : public ::testing::Test {
     explicit Feed(RunFixture& f) : fixture(f) {}
     void on_samples(std::span<const FrameSample> samples) override {
       fixture.parts().view.add(samples);
-      for (const FrameSample& s : samples) fixture.parts().distrust.judge(s);
+      for (const FrameSample& s : samples) {
+        fixture.parts().drive.see(s);
+        fixture.parts().distrust.judge(s);
+      }
     }
     void on_frame_event(EventName, std::string) override {}
     void on_frame_lost(Error) override {}

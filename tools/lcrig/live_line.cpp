@@ -33,7 +33,15 @@ std::string at_step(const char* state, const char* between, const RunStatus& s) 
 }
 
 std::string step_part(const RunStatus& s) {
+  if (s.standstill == Standstill::not_confirmed) {
+    return at_step("STANDSTILL NOT CONFIRMED: use the E-stop", "; ", s);
+  }
+  if (s.standstill == Standstill::unknown) {
+    return at_step("STANDSTILL UNKNOWN: frame away", "; ", s);
+  }
   switch (s.state) {
+    case RunState::stopping: return at_step("stopping", " at ", s);
+    case RunState::holding_force: return at_step("METER AWAY, holds the force", " at ", s);
     case RunState::paused: return at_step("PAUSED", " at ", s);
     case RunState::waiting_for_operator: return at_step("WAITING", " at ", s);
     case RunState::waiting_for_instrument: return at_step("INSTRUMENT AWAY", " at ", s);
@@ -167,7 +175,8 @@ std::string format_plain_line(const RunStatus& s) {
 
 bool LiveLine::due(const RunStatus& s) {
   const bool news = !last_ || s.step_id != last_step_ || s.repeat != last_repeat_ ||
-                    s.state != last_state_ || s.prompt != last_prompt_;
+                    s.state != last_state_ || s.standstill != last_standstill_ ||
+                    s.prompt != last_prompt_;
   const MonoTime now = clock_.now();
   const auto pause = console_.err_tty ? std::chrono::milliseconds(50) : std::chrono::seconds(1);
   // A rehearsal passes steps faster than anybody can read, so on a terminal only time counts.
@@ -177,6 +186,7 @@ bool LiveLine::due(const RunStatus& s) {
   last_step_ = s.step_id;
   last_repeat_ = s.repeat;
   last_state_ = s.state;
+  last_standstill_ = s.standstill;
   return true;
 }
 

@@ -45,6 +45,7 @@ class LiveLine {
   std::string last_step_, last_prompt_, drawn_;
   std::int64_t last_repeat_ = 0;
   RunState last_state_ = RunState::preparing;
+  Standstill last_standstill_ = Standstill::not_asked;
 };
 
 }  // namespace lcrig::cli

@@ -53,6 +53,9 @@ class Checker {
   void look_at_run() {
     if (status_.run) {
       const auto& run = *status_.run;
+      if (const auto alarm = alarm_words(run.standstill); !alarm.empty()) {
+        find(Verdict::critical, fmt::format("frame: {} (run {})", alarm, run.run));
+      }
       if (!run.prompt.empty()) {
         find(Verdict::warning, fmt::format("run {} waits for a person: {}", run.run,
                                            printable(run.prompt, kLongest)));

@@ -18,7 +18,7 @@ class Loss : public RunFixture {
     protocol.on_loss = OnLoss::wait;
     frame.noise_N = 1e-4;
     feed();
-    parts().progress.enter(RunState::running);
+    parts().progress.enter<RunState::running>();
     parts().drive.set_prepared(true);
     parts().log.begin_step(step(0));
     parts().truth.learn_rest(run(parts().view.living_rest()).value());
@@ -56,7 +56,8 @@ TEST_F(Loss, OfAFrameIsSurvivedWhereItStandsWhereItWas) {
   const auto stop = survive();
   EXPECT_FALSE(stop) << stop->why;
   EXPECT_TRUE(parts().drive.standing());
-  EXPECT_THAT(frame.commands, ElementsAre("stop", "reconnect", "stop", "arm", "rate"));
+  EXPECT_THAT(frame.commands, ElementsAre("stop", "reconnect", "stop", "arm", "rate", "stop"))
+      << "the samples after the last one show that it stands";
 }
 
 TEST_F(Loss, OfAFrameThatWasMovedMeanwhileEndsTheRunWithHandsOff) {

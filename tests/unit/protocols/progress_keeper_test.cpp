@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
 #include "base/either.hpp"
 #include "tests/support/run_fixture.hpp"
 
@@ -10,13 +12,23 @@ namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
-using During = ProgressKeeper::During;
+
+// A state in which the run waits is not entered without the proof of a standstill.
+template <RunState kState>
+concept EnteredFreely = requires(ProgressKeeper& keeper) { keeper.enter<kState>(); };
+template <RunState kState>
+concept ShownFreely = requires(ProgressKeeper& keeper) { keeper.show<kState>(); };
+static_assert(EnteredFreely<RunState::running> && ShownFreely<RunState::stopping>);
+static_assert(!EnteredFreely<RunState::paused> && !ShownFreely<RunState::paused>);
+static_assert(!ShownFreely<RunState::waiting_for_operator>);
+static_assert(!ShownFreely<RunState::waiting_for_instrument>);
+static_assert(!std::is_default_constructible_v<Stands>);
 
 class Progress : public RunFixture {
  protected:
   ProgressKeeper& progress() { return parts().progress; }
   Task<> wait_as(RunState state) {
-    const During waiting(progress(), state);
+    const auto waiting = co_await parts().wait_as(state);
     co_await clock.wait_until(MonoTime::max());
   }
   Task<std::size_t> cut_off(RunState state) {
@@ -62,7 +74,7 @@ TEST_F(Progress, NamesTheStepTheRepeatAndWhatIsDone) {
 }
 
 TEST_F(Progress, AStateThatWasInterruptedComesBack) {
-  progress().enter(RunState::running);
+  progress().enter<RunState::running>();
   EXPECT_EQ(run(cut_off(RunState::waiting_for_operator)), 1U);
   EXPECT_EQ(at_interrupt, RunState::waiting_for_operator);
   EXPECT_EQ(progress().state(), RunState::running);
@@ -70,13 +82,57 @@ TEST_F(Progress, AStateThatWasInterruptedComesBack) {
 
 // An instrument is lost while somebody has paused the run.
 TEST_F(Progress, AStateWithinAnotherEndsInThatOne) {
-  progress().enter(RunState::running);
+  progress().enter<RunState::running>();
   {
-    const During paused(progress(), RunState::paused);
+    const auto stopping = progress().show<RunState::stopping>();
     EXPECT_EQ(run(cut_off(RunState::waiting_for_instrument)), 1U);
-    EXPECT_EQ(progress().state(), RunState::paused);
+    EXPECT_EQ(progress().state(), RunState::stopping);
   }
   EXPECT_EQ(progress().state(), RunState::running);
+}
+
+TEST_F(Progress, AWaitIsShownOnlyWhileTheFrameStands) {
+  progress().enter<RunState::running>();
+  bool done = false;
+  start(wait_as(RunState::paused), done);
+  clock.run_for(io, 1s);
+  EXPECT_EQ(progress().state(), RunState::paused);
+  EXPECT_EQ(progress().now().standstill, Standstill::confirmed);
+  parts().drive.doubt_standstill();
+  EXPECT_EQ(progress().state(), RunState::stopping);
+  EXPECT_EQ(progress().now().standstill, Standstill::not_confirmed);
+  parts().drive.lose_link();
+  EXPECT_EQ(progress().now().standstill, Standstill::unknown);
+}
+
+TEST_F(Progress, AStopThatIsNotConfirmedIsRepeatedOnceASecondAndNothingWaitsMeanwhile) {
+  frame.stop_says = fail(Errc::not_standing, "STOP twice -> standstill not confirmed");
+  progress().enter<RunState::running>();
+  bool done = false;
+  start(wait_as(RunState::paused), done);
+  clock.run_for(io, 900ms);
+  EXPECT_EQ(progress().now().standstill, Standstill::awaited);
+  clock.run_for(io, 200ms);
+  EXPECT_EQ(progress().now().standstill, Standstill::not_confirmed);
+  clock.run_for(io, 9s);
+  EXPECT_EQ(progress().state(), RunState::stopping);
+  EXPECT_EQ(progress().now().standstill, Standstill::not_confirmed);
+  EXPECT_EQ(std::ranges::count(frame.commands, "stop"), 11);
+  EXPECT_EQ(events_of("stop_failed"), 1) << "written once";
+  frame.stop_says = Result<>();
+  clock.run_for(io, 1s);
+  EXPECT_EQ(progress().state(), RunState::paused);
+}
+
+TEST_F(Progress, ARunThatMovesNothingWaitsAtOnce) {
+  setup().commands = false;
+  progress().enter<RunState::running>();
+  bool done = false;
+  start(wait_as(RunState::paused), done);
+  clock.run_for(io, 1ms);
+  EXPECT_EQ(progress().state(), RunState::paused);
+  EXPECT_EQ(progress().now().standstill, Standstill::cannot_move);
+  EXPECT_TRUE(frame.commands.empty());
 }
 
 // `finally` may ask, too, and continues afterwards.
@@ -86,7 +142,7 @@ TEST_F(Progress, AQuestionOfFinallyLeavesTheRunFinishing) {
   ask.timeout = Number(60);
   AskStep::Progress remembered;
   parts().log.begin_step(step(0));
-  progress().enter(RunState::finishing);
+  progress().enter<RunState::finishing>();
   bool done = false;
   start(carry_out(ask, remembered), done);
   clock.run_for(io, 1s);
@@ -103,7 +159,7 @@ TEST_F(Progress, AWeightThatAPersonPlacesIsWaitedForUntilSomethingInterrupts) {
   place.load.value = Number(0.1);
   PlaceWeightStep::Progress remembered;
   frame.never_ends = true;
-  progress().enter(RunState::running);
+  progress().enter<RunState::running>();
   bool done = false;
   start(carry_out(place, remembered), done);
   clock.run_for(io, 5s);

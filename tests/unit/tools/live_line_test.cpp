@@ -87,6 +87,20 @@ TEST(LiveLine, LeavesOutWhatIsNotKnown) {
   EXPECT_EQ(format_live_line(s, 80), "PAUSED at hold");
 }
 
+TEST(LiveLine, ShowsAFrameThatMayMoveWhateverTheRunDoes) {
+  RunStatus s;
+  s.step_id = "load";
+  s.state = RunState::stopping;
+  EXPECT_EQ(format_live_line(s, 80), "stopping at load");
+  for (const RunState state : {RunState::stopping, RunState::finishing}) {
+    s.state = state;
+    s.standstill = Standstill::not_confirmed;
+    EXPECT_EQ(format_live_line(s, 80), "STANDSTILL NOT CONFIRMED: use the E-stop; load");
+    s.standstill = Standstill::unknown;
+    EXPECT_EQ(format_live_line(s, 80), "STANDSTILL UNKNOWN: frame away; load");
+  }
+}
+
 TEST(LiveLine, NamesNoStepThatThereIsNot) {
   RunStatus s;
   s.state = RunState::waiting_for_operator;

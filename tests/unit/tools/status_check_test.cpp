@@ -72,6 +72,22 @@ TEST_F(StatusOfMonitoring, WhatWaitsForAPersonIsAWarning) {
   EXPECT_EQ(verdict(), Verdict::warning);
 }
 
+// Whatever state it is in: a stop that failed is no state of its own.
+TEST_F(StatusOfMonitoring, AFrameThatMayMoveIsCriticalAndNamed) {
+  for (const RunState state : {RunState::stopping, RunState::finishing, RunState::running}) {
+    for (const Standstill alarm : {Standstill::not_confirmed, Standstill::unknown}) {
+      begin_run();
+      status.run->state = state;
+      status.run->standstill = alarm;
+      EXPECT_EQ(verdict(), Verdict::critical);
+      EXPECT_THAT(words(), HasSubstr("frame: standstill"));
+      EXPECT_THAT(words(), HasSubstr("E-stop"));
+      status.run->standstill = Standstill::awaited;
+      EXPECT_EQ(verdict(), Verdict::ok);
+    }
+  }
+}
+
 TEST_F(StatusOfMonitoring, AFailedRunIsAWarningUntilTheNextOneBegins) {
   status.last_run.emplace();
   status.last_run->exit_status = ExitStatus::abort;
