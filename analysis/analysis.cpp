@@ -55,6 +55,7 @@ RunAnalysis analyse_stretches(const Stretches& in) {
   const auto hysteresis = calc_hysteresis(scene, cycles, holds);
   const SlopeBasis basis{scene, holds, baseline, levels, curve, highest, cycles, hysteresis};
   const auto sensitivity = calc_sensitivity(basis);
+  const auto c0_pF = baseline.c0 ? std::optional(baseline.c0.value()) : std::nullopt;
   const RunFacts facts{data.run,
                        data.row.protocol_name,
                        data.row.specimen_name,
@@ -64,7 +65,8 @@ RunAnalysis analyse_stretches(const Stretches& in) {
                        data.proof_known,
                        data.unproven_readings,
                        options,
-                       pressure_of(data, options)};
+                       pressure_of(data, options),
+                       conditions_of(in.view, c0_pF)};
   RunAnalysis out{facts,
                   measured.outliers,
                   baseline,

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/conditions.hpp"
 #include "analysis/definitions.hpp"
 #include "analysis/rig_errors.hpp"
 #include "analysis/run_data.hpp"
@@ -41,6 +42,37 @@ struct Estimate {
   bool is_deviation = false;  // of a standard deviation: the interval is from chi-square
 };
 
+// How the specimen was loaded where a result was measured.
+enum class LoadKind {
+  held,  // the load stays: levels, plateaus
+  rising,  // while the load grows
+  turning,  // at a peak that the load only passes
+  mixed  // some cycles hold their peak and others pass it
+};
+enum class Direction { up, down };
+template <>
+inline constexpr EnumWords<2> kWordsOf<Direction>{"up", "down"};
+
+// The branch, the pressures and the time under load that a result refers to. Results of two runs
+// can be compared only where these are the same, or after a conversion.
+struct LoadState {
+  struct Pressure {
+    double kPa = 0;  // as asked for, else as measured
+    double measured_kPa = 0;
+    double weight = 0;  // in the slope; their sum is 1
+  };
+  LoadKind kind = LoadKind::held;
+  Direction direction = Direction::up;
+  std::vector<Pressure> pressures;  // of a slope through levels, in rising order
+  double from_kPa = 0, to_kPa = 0;  // of a slope while the load grows: the part that it covers
+  double peak_N = 0;  // of the dynamic range, above the force at rest
+  std::optional<double> peak_kPa;
+  double per_peak = 0;  // relative change of the result for a relative change of the peak
+  // log10 of the time under load in seconds: the mean over the window after the load was reached,
+  // or while the load grows the time that it takes. Absent: not known.
+  std::optional<double> log10_s;
+};
+
 struct Metric {
   std::string name;  // with its unit, as in the JSON: "C0_pF"
   std::string label;  // the same for people: "C0, pF"
@@ -49,6 +81,7 @@ struct Metric {
   std::string estimand;  // branch and time it refers to, where there is a choice
   std::string reason;  // why there is no estimate, or a caveat; may be empty
   std::int64_t rows = 0;  // readings used
+  std::optional<LoadState> load;  // absent: the result does not depend on how it was loaded
 
   explicit operator bool() const { return estimate.has_value(); }
   double value() const { return estimate->value; }  // precondition: there is an estimate
@@ -66,10 +99,6 @@ enum class PeakMethod { fit, plateau, nearest };
 template <>
 inline constexpr EnumWords<3> kWordsOf<PeakMethod>{"fit to the force", "mean of the plateau",
                                                    "nearest reading"};
-
-enum class Direction { up, down };
-template <>
-inline constexpr EnumWords<2> kWordsOf<Direction>{"up", "down"};
 
 // What was measured in one `measure` step.
 struct MeasuredLevel {
@@ -317,6 +346,7 @@ struct RunFacts {
   std::int64_t unproven_readings = 0;
   AnalysisOptions options;
   PressureArea pressure;  // what its pressures are over
+  RunConditions conditions;
 };
 
 // The results of all passes. Each pass takes the results it builds on and returns its own.
@@ -356,25 +386,8 @@ Result<RunAnalysis> analyse(const Database& db, std::int64_t run,
 // Analyses a run that is already loaded, without changing it.
 Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options = {});
 
-// Compares a result of one run with the same result of another run. Errors that both share (force
-// class, probe, gain of the meter) cancel in the ratio.
-struct Comparison {
-  std::int64_t from_run = 0, to_run = 0;
-  std::string from_specimen, to_specimen;
-  std::string quantity;  // name of the metric, with its range
-  double from_value = 0, to_value = 0;
-  double increase_percent = 0;
-  std::optional<double> standard_error_percent;
-  std::optional<std::array<double, 2>> interval_percent;
-  std::string remark;  // other differences, such as different pressures; may be empty
-};
-// Compares each run with the run before it and with the first: the sensitivity in every range, C0
-// and dynamic range. Empty for fewer than two runs.
-std::vector<Comparison> compare(std::span<const RunAnalysis> runs);
-
 // The JSON of `lcrig analyze --json`. docs/analysis.md lists the names.
 nlohmann::json to_json(const RunAnalysis& analysis);
-nlohmann::json to_json(const Comparison& comparison);
 nlohmann::json to_json(const Uncertainty& uncertainty);
 
 }  // namespace lcrig

@@ -234,7 +234,7 @@ json to_json(const Uncertainty& b) {
                      {"kind", to_string(p.kind)},
                      {"degrees_of_freedom", number(p.degrees_of_freedom)},
                      {"shrinks_with_readings", p.shrinks},
-                     {"shared_by_runs", p.shared_by_runs},
+                     {"source", to_string(p.source)},
                      {"basis", p.basis}});
   }
   return {{"quantity", b.quantity},
@@ -248,20 +248,6 @@ json to_json(const Uncertainty& b) {
           {"expanded_uncertainty", number(b.expanded)},
           {"confidence", number(b.confidence)},
           {"not_included", b.gaps()}};
-}
-
-json to_json(const Comparison& c) {
-  return {{"from_run", c.from_run},
-          {"to_run", c.to_run},
-          {"from_specimen", c.from_specimen},
-          {"to_specimen", c.to_specimen},
-          {"quantity", c.quantity},
-          {"from_value", number(c.from_value)},
-          {"to_value", number(c.to_value)},
-          {"increase_percent", number(c.increase_percent)},
-          {"standard_error_percent", number(c.standard_error_percent)},
-          {"interval_percent", pair(c.interval_percent)},
-          {"remark", c.remark}};
 }
 
 json to_json(const RunAnalysis& a) {
@@ -306,6 +292,7 @@ json to_json(const RunAnalysis& a) {
           {"confidence", number(a.options.confidence)},
           {"meaning", {{"ci95", kOfScatter}, {"expanded_uncertainty", kOfAll}}},
           {"rig", rig_of(a.options.rig)},
+          {"identities", identities_json(a.conditions)},
           {"notes", a.notes}};
 }
 

@@ -151,19 +151,4 @@ std::string to_text(const RunAnalysis& a) {
   return out;
 }
 
-std::string to_text(const std::vector<Comparison>& comparisons) {
-  std::string out = "Comparison (what the runs share, such as force class and probe, cancels)\n";
-  for (const Comparison& c : comparisons) {
-    out += fmt::format("  run {} -> {}  {:<24} {:.6g} -> {:.6g}  {:+.2f} %", c.from_run, c.to_run,
-                       c.quantity, c.from_value, c.to_value, c.increase_percent);
-    if (c.interval_percent) {
-      out +=
-          fmt::format("  [{:+.2f}, {:+.2f}]", (*c.interval_percent)[0], (*c.interval_percent)[1]);
-    }
-    out += '\n';
-    if (!c.remark.empty()) out += fmt::format("    {}\n", c.remark);
-  }
-  return out;
-}
-
 }  // namespace lcrig

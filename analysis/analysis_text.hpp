@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "analysis/analysis.hpp"
 
@@ -16,6 +15,5 @@ inline constexpr const char* kOfAll =
     "the specimen's own, with what the rig may err by and what repeats may share";
 
 std::string to_text(const RunAnalysis& analysis);
-std::string to_text(const std::vector<Comparison>& comparisons);
 
 }  // namespace lcrig

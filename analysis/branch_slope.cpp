@@ -48,24 +48,25 @@ struct CycleBranches {
   std::vector<LineFit> lines;
   double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
   double rate_sxy = 0, time_sxy = 0, instant_s = 0, moved_per_s = 0;
+  RunningMean s_per_kPa;  // how long the load takes for a step of the pressure
   double unit_variance_of_bend = 0;
 };
 
-// Restricts the range to the pressures that the cycles reach.
-EvenSlopes even_slopes(const SlopeBasis& basis, const PressureRange& range) {
-  double peak_kPa = 0;
-  for (const CycleResult& c : basis.cycles.cycles) {
-    peak_kPa += c.peak_kPa.value_or(0) / static_cast<double>(basis.cycles.cycles.size());
-  }
+double mean_peak_kPa(const SlopeBasis& basis) {
+  RunningMean peak_kPa;
+  for (const CycleResult& c : basis.cycles.cycles) peak_kPa.add(c.peak_kPa.value_or(0));
+  return peak_kPa.mean;
+}
+
+// The part of the range that the cycles reach.
+PressureRange reached(const SlopeBasis& basis, const PressureRange& range) {
+  const double peak_kPa = mean_peak_kPa(basis);
   return {std::max(range.from_kPa, kCycleEdge * peak_kPa), std::min(range.to_kPa, peak_kPa)};
 }
 
 // Completes the estimand: which part of the range the loadings cover.
 std::string reach_of(const SlopeBasis& basis, const PressureRange& range) {
-  double peak_kPa = 0;
-  for (const CycleResult& c : basis.cycles.cycles) {
-    peak_kPa += c.peak_kPa.value_or(0) / static_cast<double>(basis.cycles.cycles.size());
-  }
+  const double peak_kPa = mean_peak_kPa(basis);
   std::string out;
   const double edge_kPa = kCycleEdge * peak_kPa;
   if (edge_kPa > range.from_kPa) {
@@ -78,7 +79,8 @@ std::string reach_of(const SlopeBasis& basis, const PressureRange& range) {
 
 CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) {
   CycleBranches b;
-  EvenSlopes slopes = even_slopes(basis, range);
+  const PressureRange covered = reached(basis, range);
+  EvenSlopes slopes(covered.from_kPa, covered.to_kPa);
   MovedSlope moved;
   Moving moving(basis.scene, basis.holds);
   for (const CycleResult& c : basis.cycles.cycles) {
@@ -87,6 +89,7 @@ CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) 
     b.rate_sxy += fit_line(readings.rates)->sxy;
     b.time_sxy += fit_line(readings.times)->sxy;
     b.instant_s = std::max(b.instant_s, readings.instant_s);
+    b.s_per_kPa.add(fit_line(readings.times)->slope);
     moved.begin_group();
     for (std::size_t i = 0; i < readings.points.size(); ++i) {
       moved.add(readings.points[i].x, readings.points[i].y, readings.rates[i].y);
@@ -168,7 +171,15 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.instant_s = b.instant_s;
   r.moved_per_s = b.moved_per_s;
   r.residual_pattern = "continuous loading: see the loops";
-  r.sensitivity.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
+  name_estimand(basis.scene, basis.levels, range, r.sensitivity);
+  r.sensitivity.estimand += reach_of(basis, range);
+  const PressureRange covered = reached(basis, range);
+  LoadState& load = *r.sensitivity.load;
+  load.from_kPa = covered.from_kPa;
+  load.to_kPa = covered.to_kPa;
+  if (b.s_per_kPa.mean > 0) {
+    load.log10_s = std::log10(b.s_per_kPa.mean * (covered.to_kPa - covered.from_kPa));
+  }
   return r;
 }
 

@@ -1,136 +1,396 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <set>
 
+#include "analysis/comparison.hpp"
+#include "analysis/likeness.hpp"
 #include "analysis/metrics.hpp"
+#include "analysis/verdict.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
 
 namespace {
 
-struct Quantity {
+// A difference is named if its part is at least this share of the standard error of the ratio.
+constexpr double kNamed = 0.1;
+
+constexpr const char* kOpen = "open correction";  // a part of the uncertainty of C0
+
+enum class Kind { sensitivity, c0, dynamic_range };
+
+// A result of one run.
+struct Compared {
   std::string name;
-  double value = 0;
-  std::vector<SlopePart> relative;  // parts that the two runs do not share; empty: not known
+  Kind kind = Kind::sensitivity;
+  const Metric* metric = nullptr;
+  Uncertainty uncertainty;
+  PressureRange range;
 };
 
-Quantity quantity(const RunAnalysis& a, const std::string& name, double value) {
-  Quantity q;
-  q.name = name;
-  q.value = value;
-  const auto known = std::ranges::find(a.uncertainties, name, &Uncertainty::quantity);
-  if (known == a.uncertainties.end() || value == 0) return q;
-  std::vector<UncertaintyPart> own = known->parts;
-  std::erase_if(own, [](const UncertaintyPart& p) { return p.shared_by_runs; });
-  if (own.empty() || own.front().kind != UncertaintyKind::a) return q;
-  for (const UncertaintyPart& p : own) {
-    q.relative.push_back({p.standard_uncertainty / std::abs(value), p.degrees_of_freedom});
-  }
-  return q;
+std::string sensitivity_name(const PressureRange& range) {
+  return fmt::format("sensitivity {}", range_text(range));
 }
 
-std::string sensitivity_name(const RangeResult& r) {
-  return fmt::format("sensitivity {}", range_text(r.range));
+Uncertainty uncertainty_named(const RunAnalysis& a, const std::string& name) {
+  const auto found = std::ranges::find(a.uncertainties, name, &Uncertainty::quantity);
+  return found == a.uncertainties.end() ? Uncertainty() : *found;
 }
 
-std::vector<Quantity> quantities(const RunAnalysis& a) {
-  std::vector<Quantity> out;
-  const auto add = [&](const std::string& name, const Metric& m) {
-    if (m) out.push_back(quantity(a, name, m.value()));
-  };
+std::vector<Compared> results_of(const RunAnalysis& a) {
+  std::vector<Compared> out;
   for (const RangeResult& r : a.ranges) {
-    add(sensitivity_name(r), r.sensitivity);
+    const std::string name = sensitivity_name(r.range);
+    out.push_back({name, Kind::sensitivity, &r.sensitivity, uncertainty_named(a, name), r.range});
   }
-  add("C0", a.c0);
-  add("dynamic range", a.dynamic_range);
+  out.push_back({"C0", Kind::c0, &a.c0, uncertainty_named(a, "C0"), {}});
+  out.push_back({"dynamic range",
+                 Kind::dynamic_range,
+                 &a.dynamic_range,
+                 uncertainty_named(a, "dynamic range"),
+                 {}});
   return out;
 }
 
-// Works with the logarithm of the ratio: its interval never crosses 0, and shared errors cancel.
-void add_interval(const Quantity& from, const Quantity& to, double confidence, Comparison& c) {
-  if (from.relative.empty() || to.relative.empty()) return;
-  std::vector<SlopePart> parts = from.relative;
-  parts.insert(parts.end(), to.relative.begin(), to.relative.end());
-  const Estimate e = estimate_of_parts(0, parts, confidence);
-  const double ratio = to.value / from.value;
-  c.standard_error_percent = std::abs(ratio) * *e.standard_error * 100;
-  if (ratio <= 0) return;
-  const auto [low, high] = *e.interval;
-  c.interval_percent = {(ratio * std::exp(low) - 1) * 100, (ratio * std::exp(high) - 1) * 100};
+bool has_gap(const Compared& result, std::string_view part) {
+  return std::ranges::any_of(result.uncertainty.parts, [part](const UncertaintyPart& p) {
+    return p.is_gap && p.name == part;
+  });
 }
 
-std::vector<double> pressures_of(const RunAnalysis& a, const PressureRange& range) {
+// The parts of either result of which no size is known.
+std::string name_gaps(const Compared& a, const Compared& b) {
+  std::set<std::string> names;
+  for (const Compared* result : {&a, &b}) {
+    for (const UncertaintyPart& p : result->uncertainty.parts) {
+      if (p.is_gap) names.insert(p.name);
+    }
+  }
+  return names.empty() ? "" : fmt::format("not in the interval: {}", fmt::join(names, ", "));
+}
+
+bool same_pressures(const LoadState& a, const LoadState& b) {
+  return std::ranges::equal(a.pressures, b.pressures, [](const auto& p, const auto& q) {
+    return is_near(p.kPa, q.kPa) && is_near(p.weight, q.weight);
+  });
+}
+
+std::vector<double> common_pressures(const LoadState& a, const LoadState& b) {
   std::vector<double> out;
-  for (const LevelResult& l : a.levels) {
-    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
-    if (l.direction == a.line_direction && is_inside(range, kPa)) out.push_back(kPa);
+  for (const LoadState::Pressure& p : a.pressures) {
+    const bool in_both = std::ranges::any_of(
+        b.pressures, [&p](const LoadState::Pressure& q) { return is_near(q.kPa, p.kPa); });
+    if (in_both) out.push_back(p.kPa);
   }
   return out;
 }
 
-// Lists the pressures of the other run at which `run` has no level.
-std::string lacks(const RunAnalysis& run, const PressureRange& range,
-                  std::vector<double> of_other) {
-  constexpr double kNearby = 0.02;  // relative; within it two levels are the same
-  const auto own = pressures_of(run, range);
-  std::ranges::sort(of_other);
-  std::string out;
-  double last = -1;
-  for (const double kPa : of_other) {
-    const auto is_near = [&](double p) { return std::abs(p - kPa) <= kNearby * kPa; };
-    if (is_near(last) || std::ranges::any_of(own, is_near)) continue;
-    out += fmt::format("{}{:.4g}", out.empty() ? "" : ", ", kPa);
-    last = kPa;
-  }
-  return out.empty() ? out : fmt::format("run {} has no level at {} kPa", run.run, out);
+std::string list_of(const std::vector<double>& kPa) {
+  std::vector<std::string> words;
+  words.reserve(kPa.size());
+  for (const double p : kPa) words.push_back(fmt::format("{:.4g}", p));
+  return fmt::format("{}", fmt::join(words, ", "));
 }
 
-// The slope of a bent curve depends on the pressures, so different pressures need a remark.
-std::string remark_on_pressures(const RunAnalysis& from, const RunAnalysis& to,
-                                const std::string& name) {
-  std::string out;
-  for (const RangeResult& r : from.ranges) {
-    if (name != sensitivity_name(r) || from.levels.empty() || to.levels.empty()) continue;
-    out = lacks(from, r.range, pressures_of(to, r.range));
-    add_remark(out, lacks(to, r.range, pressures_of(from, r.range)));
-    if (!out.empty()) out += ": part of the difference may be that of the pressures";
-  }
-  return out;
-}
+// One quantity of two runs, from the judgement of what is unlike to the interval of the ratio.
+class Pair {
+ public:
+  Pair(const RunAnalysis& from, const RunAnalysis& to, const SlopeInRange& slope_in)
+      : from_(from), to_(to), slope_in_(slope_in), sources_(compare_sources(from, to)) {}
 
-void compare_two(const RunAnalysis& from, const RunAnalysis& to, std::vector<Comparison>& out) {
-  const auto of_to = quantities(to);
-  for (const Quantity& a : quantities(from)) {
-    for (const Quantity& b : of_to) {
-      if (a.name != b.name || a.value == 0) continue;
-      Comparison c;
-      c.from_run = from.run;
-      c.to_run = to.run;
-      c.from_specimen = from.specimen;
-      c.to_specimen = to.specimen;
-      c.quantity = a.name;
-      c.from_value = a.value;
-      c.to_value = b.value;
-      c.increase_percent = (b.value / a.value - 1) * 100;
-      c.remark = remark_on_pressures(from, to, a.name);
-      add_interval(a, b, from.options.confidence, c);
-      out.push_back(std::move(c));
+  Comparison compare(Compared a, Compared b) {
+    Comparison c;
+    c.from_run = from_.run;
+    c.to_run = to_.run;
+    c.from_specimen = from_.specimen;
+    c.to_specimen = to_.specimen;
+    c.quantity = a.name;
+    parts_.clear();
+    known_.clear();
+    auto unlike = judge(a, b, c);
+    if (*a.metric) c.from_value = a.metric->value();
+    if (*b.metric) c.to_value = b.metric->value();
+    if (!unlike) unlike = add_interval(a, b, c);
+    if (unlike) {
+      c.refused = std::move(unlike->reason);
+      c.remedy = std::move(unlike->remedy);
+    }
+    c.verdict = verdict_on(c, verdict_scope(a, b));
+    return c;
+  }
+
+ private:
+  // Converts where that is possible.
+  std::optional<Unlike> judge(Compared& a, Compared& b, Comparison& c) {
+    for (const auto& [result, run] : {std::pair(&a, &from_), {&b, &to_}}) {
+      if (*result->metric) continue;
+      return Unlike{fmt::format("run {} has none{}{}", run->run,
+                                result->metric->reason.empty() ? "" : ": ", result->metric->reason),
+                    "measure it in both"};
+    }
+    c.differences = name_differences(from_, to_);
+    if (auto unlike = unlike_settings(from_, to_)) return unlike;
+    if (a.kind != Kind::sensitivity && (has_gap(a, kOpen) || has_gap(b, kOpen))) {
+      if (auto unlike = unlike_corrections(from_, to_)) return unlike;
+    }
+    if (a.kind == Kind::c0) return std::nullopt;
+    if (auto unlike = unlike_contact(from_, to_)) return unlike;
+    if (!a.metric->load || !b.metric->load) {
+      return Unlike{"how the specimen was loaded is not known", "measure both with one protocol"};
+    }
+    if (auto unlike = unlike_loading(*a.metric->load, *b.metric->load, from_, to_)) return unlike;
+    auto unlike = a.kind == Kind::sensitivity ? align_ranges(a, b, c) : align_peaks(a, b);
+    return unlike ? unlike : align_times(a, b);
+  }
+
+  std::optional<Unlike> align_peaks(const Compared& a, const Compared& b) {
+    const LoadState &p = *a.metric->load, &q = *b.metric->load;
+    if (auto unlike = unlike_peak(p, q, from_, to_)) return unlike;
+    const bool known = p.peak_kPa && q.peak_kPa;
+    const double ratio = known ? *q.peak_kPa / *p.peak_kPa : q.peak_N / p.peak_N;
+    add_part(std::log(ratio) * std::max(std::abs(p.per_peak), std::abs(q.per_peak)),
+             fmt::format("the peaks differ by {:.2g} %", std::abs(ratio - 1) * 100));
+    return std::nullopt;
+  }
+
+  std::optional<Unlike> align_ranges(Compared& a, Compared& b, Comparison& c) {
+    const LoadState &p = *a.metric->load, &q = *b.metric->load;
+    PressureRange common = a.range;
+    if (p.kind == LoadKind::rising) {
+      if (is_near(p.from_kPa, q.from_kPa) && is_near(p.to_kPa, q.to_kPa)) {
+        add_pressures(std::log((q.from_kPa + q.to_kPa) / (p.from_kPa + p.to_kPa)));
+        return std::nullopt;
+      }
+      common = {std::max(p.from_kPa, q.from_kPa), std::min(p.to_kPa, q.to_kPa)};
+      c.converted = fmt::format("both slopes over {:.3g}-{:.3g} kPa, which both loadings cover",
+                                common.from_kPa, common.to_kPa);
+    } else if (!same_pressures(p, q)) {
+      common.only_kPa = common_pressures(p, q);
+      c.converted = fmt::format(
+          "both slopes over the pressures in both runs, {} kPa, with equal "
+          "weights",
+          list_of(common.only_kPa));
+    }
+    if (!c.converted.empty()) {
+      if (auto unlike = convert(common, a, b, c)) return unlike;
+    }
+    add_pressures(largest_difference(*a.metric->load, *b.metric->load));
+    return std::nullopt;
+  }
+
+  std::optional<Unlike> convert(const PressureRange& common, Compared& a, Compared& b,
+                                Comparison& c) {
+    const bool levels = a.metric->load->kind == LoadKind::held;
+    const Unlike none{
+        levels ? fmt::format("fewer than two pressures are in both runs in {}", range_text(a.range))
+               : fmt::format("the loadings have too little in common in {}", range_text(a.range)),
+        "measure both at the same pressures"};
+    const bool possible = levels ? common.only_kPa.size() >= 2 : common.from_kPa < common.to_kPa;
+    if (!possible || !slope_in_ || !take(slope_in_(from_, common), a, from_slope_) ||
+        !take(slope_in_(to_, common), b, to_slope_)) {
+      c.converted.clear();
+      return none;
+    }
+    return std::nullopt;
+  }
+
+  static bool take(std::optional<RangeResult> slope, Compared& into,
+                   std::optional<RangeResult>& kept) {
+    if (!slope || !slope->sensitivity || !slope->sensitivity.load) return false;
+    kept = std::move(slope);
+    into.metric = &kept->sensitivity;
+    into.uncertainty = kept->uncertainty;
+    return true;
+  }
+
+  // The slope of a bent curve moves with its pressures, at most in proportion to them.
+  void add_pressures(double relative) {
+    add_part(relative,
+             fmt::format("the pressures differ by up to {:.2g} %", std::abs(relative) * 100));
+  }
+
+  static double largest_difference(const LoadState& p, const LoadState& q) {
+    double largest = 0;
+    for (std::size_t i = 0; i < std::min(p.pressures.size(), q.pressures.size()); ++i) {
+      const double a = p.pressures[i].measured_kPa, b = q.pressures[i].measured_kPa;
+      if (a > 0 && b > 0) largest = std::max(largest, std::abs(std::log(b / a)));
+    }
+    return largest;
+  }
+
+  std::optional<Unlike> align_times(const Compared& a, const Compared& b) {
+    const LoadState &p = *a.metric->load, &q = *b.metric->load;
+    TimeLikeness times = compare_times(p, q, from_, to_);
+    if (times.unlike) return times.unlike;
+    add_part(
+        times.relative,
+        fmt::format("the times under load differ by {:.2g} decades, in which {} may change the "
+                    "ratio by {:.2g} %",
+                    times.decades, times.assumed ? "a creep that is not known" : "the creep",
+                    times.relative * 100));
+    return std::nullopt;
+  }
+
+  // A known difference that is not corrected counts in full, not as the limit of a rectangle.
+  void add_part(double relative, std::string words) {
+    if (relative == 0) return;
+    parts_.push_back({std::abs(relative)});
+    known_.push_back(std::move(words));
+  }
+
+  // Works with the logarithm of the ratio, whose interval never crosses 0.
+  std::optional<Unlike> add_interval(const Compared& a, const Compared& b, Comparison& c) {
+    const double ratio = b.metric->value() / a.metric->value();
+    if (!(ratio > 0)) return Unlike{"one of the two is not positive", "look at the single runs"};
+    std::vector<SlopePart> parts = parts_;
+    for (const auto& [result, run] : {std::pair(&a, &from_), {&b, &to_}}) {
+      const auto scatter =
+          std::ranges::find(result->uncertainty.parts, UncertaintyKind::a, &UncertaintyPart::kind);
+      if (scatter == result->uncertainty.parts.end()) {
+        return Unlike{fmt::format("the scatter of run {} is not known", run->run),
+                      "measure more repeats or readings"};
+      }
+      add_own(*result, parts);
+    }
+    if (auto gaps = name_gaps(a, b); !gaps.empty()) c.differences.push_back(std::move(gaps));
+    for (const SourceLikeness& s : sources_) add_source(s, a, b, parts, c);
+    const Estimate e = estimate_of_parts(0, parts, from_.options.confidence);
+    c.increase_percent = (ratio - 1) * 100;
+    c.standard_error_percent = ratio * *e.standard_error * 100;
+    const auto [low, high] = *e.interval;
+    c.ratio = {ratio * std::exp(low), ratio * std::exp(high)};
+    c.interval_percent = {((*c.ratio)[0] - 1) * 100, ((*c.ratio)[1] - 1) * 100};
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (parts_[i].se >= kNamed * *e.standard_error) c.differences.push_back(known_[i]);
+    }
+    return std::nullopt;
+  }
+
+  static double relative(const Compared& r, const UncertaintyPart& p) {
+    return p.standard_uncertainty / std::abs(r.metric->value());
+  }
+
+  static void add_own(const Compared& r, std::vector<SlopePart>& parts) {
+    for (const UncertaintyPart& p : r.uncertainty.parts) {
+      if (p.source == ErrorSource::run) {
+        parts.push_back({relative(r, p), p.degrees_of_freedom});
+      }
+    }
+  }
+
+  // One and the same error moves both results. Of that, only the difference of its effects on them
+  // is left in the ratio.
+  static void add_source(const SourceLikeness& s, const Compared& a, const Compared& b,
+                         std::vector<SlopePart>& parts, Comparison& c) {
+    std::map<std::string, std::array<double, 2>> sizes;
+    for (const auto& p : a.uncertainty.parts) {
+      if (p.source == s.source) sizes[p.name][0] = relative(a, p);
+    }
+    for (const auto& p : b.uncertainty.parts) {
+      if (p.source == s.source) sizes[p.name][1] = relative(b, p);
+    }
+    bool any = false;
+    for (const auto& [name, size] : sizes) {
+      const auto [from, to] = size;
+      any = any || from > 0 || to > 0;
+      if (s.why_not.empty()) {
+        parts.push_back({std::abs(from - to)});
+      } else {
+        parts.push_back({from});
+        parts.push_back({to});
+      }
+    }
+    if (!any) return;
+    if (s.why_not.empty()) {
+      c.shared.push_back(s.what);
+    } else {
+      c.not_shared.push_back(fmt::format("{} ({})", to_string(s.source), s.why_not));
+    }
+  }
+
+  static std::string where(const Compared& a) {
+    if (a.kind == Kind::c0) return "";
+    if (!a.metric->load) return a.kind == Kind::sensitivity ? range_text(a.range) : "";
+    const LoadState& load = *a.metric->load;
+    if (a.kind == Kind::dynamic_range) {
+      return load.peak_kPa ? fmt::format("{:.3g} kPa", *load.peak_kPa)
+                           : fmt::format("{:.3g} N", load.peak_N);
+    }
+    if (load.kind == LoadKind::rising) {
+      return fmt::format("{:.3g}-{:.3g} kPa", load.from_kPa, load.to_kPa);
+    }
+    return range_text(a.range);
+  }
+
+  VerdictScope verdict_scope(const Compared& a, const Compared& b) const {
+    VerdictScope out;
+    out.quantity = a.kind == Kind::sensitivity ? "sensitivity" : a.name;
+    out.where = where(a);
+    if (a.kind == Kind::sensitivity && a.metric->load && b.metric->load) {
+      out.direction = b.metric->load->direction;
+    }
+    out.confidence = from_.options.confidence;
+    out.from_origin = origin_of(from_.conditions);
+    out.to_origin = origin_of(to_.conditions);
+    return out;
+  }
+
+  const RunAnalysis &from_, &to_;
+  const SlopeInRange& slope_in_;
+  std::vector<SourceLikeness> sources_;
+  std::vector<SlopePart> parts_;  // of known differences, relative
+  std::vector<std::string> known_;  // the same in words
+  std::optional<RangeResult> from_slope_, to_slope_;  // converted
+};
+
+void compare_two(const RunAnalysis& from, const RunAnalysis& to, const SlopeInRange& slope_in,
+                 std::vector<Comparison>& out) {
+  Pair pair(from, to, slope_in);
+  const auto of_to = results_of(to);
+  for (Compared& a : results_of(from)) {
+    for (const Compared& b : of_to) {
+      if (a.name != b.name || (!*a.metric && !*b.metric)) continue;
+      out.push_back(pair.compare(a, b));
     }
   }
 }
 
 }  // namespace
 
-std::vector<Comparison> compare(std::span<const RunAnalysis> runs) {
+std::string Comparison::remark() const {
+  std::string out = refused;
+  add_remark(out, converted);
+  for (const std::string& d : differences) add_remark(out, d);
+  return out;
+}
+
+std::vector<Comparison> compare(std::span<const RunAnalysis> runs, const SlopeInRange& slope_in) {
   std::vector<Comparison> out;
   for (std::size_t i = 1; i < runs.size(); ++i) {
-    compare_two(runs[i - 1], runs[i], out);
-    if (i > 1) compare_two(runs[0], runs[i], out);
+    compare_two(runs[i - 1], runs[i], slope_in, out);
+    if (i > 1) compare_two(runs[0], runs[i], slope_in, out);
   }
   return out;
+}
+
+SlopeInRange slopes_of(std::vector<const RunData*> runs) {
+  return [runs = std::move(runs)](const RunAnalysis& run,
+                                  const PressureRange& range) -> std::optional<RangeResult> {
+    const auto data = std::ranges::find(runs, run.run, &RunData::run);
+    if (data == runs.end()) return std::nullopt;
+    AnalysisOptions options = run.options;
+    options.ranges = {range};
+    options.search_regions = false;
+    auto again = analyse(**data, options);
+    if (!again) return std::nullopt;
+    return std::move(again->ranges.front());
+  };
 }
 
 }  // namespace lcrig

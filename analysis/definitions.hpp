@@ -6,17 +6,29 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace lcrig {
 
+// Relative difference up to which two pressures are the same.
+constexpr double kNear = 0.02;
+inline bool is_near(double kPa, double to_kPa) {
+  return std::abs(kPa - to_kPa) <= kNear * std::abs(to_kPa);
+}
+
 struct PressureRange {
   double from_kPa = 0, to_kPa = 0;
+  // If not empty: of the levels in the range only those near these pressures, each with the same
+  // weight. So the slopes of two runs with different levels become slopes at the same pressures.
+  std::vector<double> only_kPa = {};
 };
 
 // The edges belong to the range. Rounding is allowed for: a level at 30 kPa lies in 0-30 kPa.
 inline bool is_inside(const PressureRange& range, double kPa) {
   const double slack = 1e-6 * std::max(std::abs(range.to_kPa), 1.0);
-  return kPa >= range.from_kPa - slack && kPa <= range.to_kPa + slack;
+  if (!(kPa >= range.from_kPa - slack && kPa <= range.to_kPa + slack)) return false;
+  return range.only_kPa.empty() ||
+         std::ranges::any_of(range.only_kPa, [&](double p) { return is_near(kPa, p); });
 }
 
 // Share of the largest force at which a cycle begins on the way up and ends on the way down.

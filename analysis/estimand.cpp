@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "analysis/replicates.hpp"
 
@@ -13,15 +14,10 @@ namespace lcrig {
 namespace {
 
 constexpr double kReached = 0.02;  // relative distance within which a load counts as reached
-constexpr double kNear = 0.02;  // relative difference up to which two pressures are the same
 constexpr double kShows = 2.6;  // standard errors: chance exceeds it for one creep in a hundred
 
 bool in_range(const LevelResult& l, const PressureRange& range, Direction direction) {
   return l.direction == direction && is_inside(range, l.target_kPa.value_or(l.pressure_kPa));
-}
-
-bool is_near(double kPa, double to_kPa) {
-  return std::abs(kPa - to_kPa) <= kNear * std::abs(to_kPa);
 }
 
 // Time at which the load of the reading was reached.
@@ -39,6 +35,20 @@ double reached_s(const Scene& scene, std::size_t reading) {
 
 struct Window {
   RunningMean from_s, to_s;  // times since the load was reached
+  RunningMean log10_s;  // of the times from one to the other
+
+  void add(double from, double to) {
+    from_s.add(from);
+    to_s.add(to);
+    if (!(to > 0)) return;
+    // Mean of ln t between the two: (b ln b - a ln a)/(b - a) - 1.
+    const double a_ln_a = from > 0 ? from * std::log(from) : 0;
+    const double ln = to > from ? (to * std::log(to) - a_ln_a) / (to - from) - 1 : std::log(to);
+    log10_s.add(ln / std::numbers::ln10);
+  }
+  std::optional<double> mean_log10_s() const {
+    return log10_s.count > 0 ? std::optional(log10_s.mean) : std::nullopt;
+  }
 };
 
 template <class Wanted>
@@ -49,9 +59,9 @@ Window window_of(const Scene& scene, const LevelResults& levels, Wanted is_wante
   }
   Window w;
   std::int32_t level = 0;
-  double reached = 0, last = 0;
+  double reached = 0, first = 0, last = 0;
   const auto close = [&] {
-    if (level > 0) w.to_s.add(last - reached);
+    if (level > 0) w.add(first - reached, last - reached);
   };
   const auto& readings = scene.data.readings;
   for (std::size_t i = 0; i < readings.size(); ++i) {
@@ -64,7 +74,7 @@ Window window_of(const Scene& scene, const LevelResults& levels, Wanted is_wante
       close();
       level = r.level;
       reached = reached_s(scene, i);
-      w.from_s.add(r.t_s - reached);
+      first = r.t_s;
     }
     last = r.t_s;
   }
@@ -87,15 +97,36 @@ Window window_of_plateaus(const Scene& scene, const std::vector<CycleResult>& cy
   Window w;
   for (const CycleResult& c : cycles) {
     const double reached = reached_s(scene, c.plateau_first);
-    w.from_s.add(scene.data.readings[c.plateau_first].t_s - reached);
-    w.to_s.add(scene.data.readings[c.plateau_last].t_s - reached);
+    w.add(scene.data.readings[c.plateau_first].t_s - reached,
+          scene.data.readings[c.plateau_last].t_s - reached);
   }
   return w;
 }
 
-// The uncertainty from a choice. Runs that are compared make the same choice, so it cancels.
-UncertaintyPart other_choice(std::string name, double difference, std::string basis) {
-  return shared(part(std::move(name), rectangular(difference), std::move(basis)));
+// At a peak where the load turns. The time is that of the loading.
+LoadState load_at_peak(const Scene& scene, const std::vector<CycleResult>& cycles, double peak_N) {
+  LoadState load;
+  load.kind = LoadKind::turning;
+  load.peak_N = peak_N;
+  load.peak_kPa = scene.kPa(peak_N);
+  RunningMean delta_fF, log10_s;
+  for (const CycleResult& c : cycles) {
+    delta_fF.add(c.delta_C_fF);
+    if (c.peak_s > c.begin_s) log10_s.add(std::log10(c.peak_s - c.begin_s));
+  }
+  if (delta_fF.mean != 0) {
+    load.per_peak = slope_at_peak_fF_per_N(scene, cycles) * peak_N / delta_fF.mean;
+  }
+  if (log10_s.count > 0) load.log10_s = log10_s.mean;
+  return load;
+}
+
+UncertaintyPart other_branch(double difference, std::string basis) {
+  return of(ErrorSource::branch, part("other branch", rectangular(difference), std::move(basis)));
+}
+
+UncertaintyPart another_time(double difference, std::string basis) {
+  return of(ErrorSource::time, part("another time", rectangular(difference), std::move(basis)));
 }
 
 // Slope against pressure of unloading less that of loading, from the levels of the other direction.
@@ -139,37 +170,44 @@ void add_branch(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
     });
   }
   if (!gap) {
-    b.parts.push_back(other_choice("other branch", 0, kNoUnloading));
+    b.parts.push_back(other_branch(0, kNoUnloading));
     return;
   }
-  b.parts.push_back(other_choice(
-      "other branch", *gap,
+  b.parts.push_back(other_branch(
+      *gap,
       fmt::format("the slope of the other branch differs by {:.3g} ({}): limits", *gap, from)));
 }
 
 void add_time(const Metric& creep, Uncertainty& b) {
   if (!creep.estimate || !creep.estimate->standard_error) {
-    b.parts.push_back(other_choice("another time", 0, "creep is not known: no steady load"));
+    b.parts.push_back(another_time(0, "creep is not known: no steady load"));
     return;
   }
   const double rate = creep.value() / 100, error = *creep.estimate->standard_error / 100;
   const bool shows = std::abs(rate) > kShows * error;
-  b.parts.push_back(other_choice(
-      "another time", (shows ? rate : 0) * b.value,
+  b.parts.push_back(another_time(
+      (shows ? rate : 0) * b.value,
       fmt::format("creep of {:.2g} % per decade of time{}", rate * 100,
                   shows ? ": limits of a decade sooner or later" : " does not stand out")));
 }
 
 }  // namespace
 
-std::string name_estimand(const Scene& scene, const LevelResults& levels,
-                          const PressureRange& range) {
+void name_estimand(const Scene& scene, const LevelResults& levels, const PressureRange& range,
+                   Metric& slope) {
   const Direction direction = levels.line_direction;
   const std::string branch = name_of(direction);
-  if (levels.levels.empty()) return branch + ", while the load grows";
-  return with_window(branch, window_of(scene, levels, [&](const LevelResult& l) {
-                       return in_range(l, range, direction);
-                     }));
+  LoadState& load = slope.load.emplace();
+  load.direction = direction;
+  if (levels.levels.empty()) {
+    load.kind = LoadKind::rising;
+    slope.estimand = branch + ", while the load grows";
+    return;
+  }
+  const Window w =
+      window_of(scene, levels, [&](const LevelResult& l) { return in_range(l, range, direction); });
+  load.log10_s = w.mean_log10_s();
+  slope.estimand = with_window(branch, w);
 }
 
 std::string name_estimand(const Scene& scene, const LevelResults& levels, const CurvePoint& level) {
@@ -196,10 +234,15 @@ void name_estimands(const Scene& scene, CycleResults& out) {
   const bool alike = std::ranges::all_of(
       out.cycles, [&](const CycleResult& c) { return c.peak_method == method; });
   std::string name = fmt::format("at the peak of {:.3g} N", peak_N.mean);
+  LoadState& load = out.dynamic_range.load.emplace(load_at_peak(scene, out.cycles, peak_N.mean));
   if (!alike) {
     name += ", which some cycles hold and others pass";
+    load.kind = LoadKind::mixed;
   } else if (method == PeakMethod::plateau) {
-    name = with_window(std::move(name), window_of_plateaus(scene, out.cycles));
+    const Window w = window_of_plateaus(scene, out.cycles);
+    name = with_window(std::move(name), w);
+    load.kind = LoadKind::held;
+    load.log10_s = w.mean_log10_s();
   } else {
     name += ", where the load turns";
   }
@@ -214,29 +257,28 @@ void add_other_choices(const SlopeBasis& basis, const RangeResult& r, Uncertaint
 void add_other_choices_of_force_sensitivity(const SlopeBasis& basis, Uncertainty& b) {
   const auto gap = gap_of_loop(basis, [](double force_N) { return std::optional(force_N); });
   b.parts.push_back(
-      gap ? other_choice("other branch", *gap,
+      gap ? other_branch(*gap,
                          fmt::format("the slope of the other branch differs by {:.3g} (ramps): "
                                      "limits",
                                      *gap))
-          : other_choice("other branch", 0, kNoUnloading));
+          : other_branch(0, kNoUnloading));
   add_time(basis.holds.creep, b);
 }
 
 void add_other_choices_of_dynamic_range(const SlopeBasis& basis, Uncertainty& b) {
-  b.parts.push_back(other_choice("other branch", 0, kMeet));
+  b.parts.push_back(other_branch(0, kMeet));
   add_time(basis.holds.creep, b);
 }
 
 void add_other_choices_of_highest_level(const SlopeBasis& basis, Uncertainty& b) {
-  UncertaintyPart branch = other_choice("other branch", 0, kMeet);
+  UncertaintyPart branch = other_branch(0, kMeet);
   const double top_kPa = basis.highest.top_kPa;
   for (const CurvePoint& c : basis.curve.curve) {
     if (c.direction == basis.levels.line_direction || !c.delta_C_fF) continue;
     if (!is_near(c.pressure_kPa, top_kPa)) continue;
     const double gap = *c.delta_C_fF - b.value;
-    branch =
-        other_choice("other branch", gap,
-                     fmt::format("the level of the other branch differs by {:.3g}: limits", gap));
+    branch = other_branch(
+        gap, fmt::format("the level of the other branch differs by {:.3g}: limits", gap));
   }
   b.parts.push_back(std::move(branch));
   add_time(basis.holds.creep, b);

@@ -2,7 +2,7 @@
 // Finds a sine in the readings that does not come from the specimen. See metrics.hpp.
 #include <fmt/format.h>
 
-#include <Eigen/Core>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>

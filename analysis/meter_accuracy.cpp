@@ -68,6 +68,7 @@ std::optional<MeterSetting> parse_meter_setting(std::string_view json_text) {
   out.frequency_Hz = stored->frequency_Hz.value_or(0);
   out.level_V = stored->level_V.value_or(0);
   if (!(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
+  out.bias_V = stored->bias_V;
   out.aperture = *stored->aperture;
   out.average = static_cast<int>(std::clamp(stored->average.value_or(1), 1.0, 256.0));
   out.internal_trigger = stored->trigger == LcrTrigger::internal;

@@ -21,6 +21,7 @@ namespace lcrig {
 struct MeterSetting {
   double frequency_Hz = 1000;
   double level_V = 1;  // rms
+  std::optional<double> bias_V = {};  // absent: off
   Aperture aperture = Aperture::medium;
   int average = 1;
   bool internal_trigger = false;

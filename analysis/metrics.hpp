@@ -153,10 +153,11 @@ Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, do
 // The errors of the run's rig for a specimen of this capacitance.
 RigErrors rig_errors_of(const RunView& view, double capacitance_pF);
 UncertaintyPart part(std::string name, double u, std::string basis);
-UncertaintyPart shared(UncertaintyPart p);  // marks a part as common to all runs on this rig
-// "loading branch, from 1.1 to 4.6 s after the load was reached"
-std::string name_estimand(const Scene& scene, const LevelResults& levels,
-                          const PressureRange& range);
+UncertaintyPart of(ErrorSource source, UncertaintyPart p);
+// Sets estimand and load of a slope: "loading branch, from 1.1 to 4.6 s after the load was
+// reached". The pressures are left to the caller.
+void name_estimand(const Scene& scene, const LevelResults& levels, const PressureRange& range,
+                   Metric& slope);
 // The estimand of the level at this pressure.
 std::string name_estimand(const Scene& scene, const LevelResults& levels, const CurvePoint& level);
 void name_estimands(const Scene& scene, CycleResults& cycles);

@@ -123,6 +123,11 @@ RigErrors rig_errors(const RigRecord& record, const RigAccuracy& stated, double 
                  fmt::format("{:g} m: KL of the basic accuracy is known for 0 m only",
                              *stated.meter.cable_m)};
   }
+  out.force.source = ErrorSource::cell;
+  out.area.source = out.area_of == PressureOn::probe ? ErrorSource::probe : ErrorSource::run;
+  for (RigError* e : {&out.meter_gain, &out.meter_offset, &out.meter_total}) {
+    e->source = ErrorSource::meter;
+  }
   return out;
 }
 
@@ -136,6 +141,7 @@ UncertaintyPart part_of(std::string name, const RigError& error, double per_unit
   p.name = std::move(name);
   p.standard_uncertainty = rectangular(*error.limit * per_unit);
   p.basis = error.basis;
+  p.source = error.source;
   return p;
 }
 

@@ -43,6 +43,7 @@ struct RigRecord {
 struct RigError {
   std::optional<double> limit;  // absent: a gap
   std::string basis;  // where the limit comes from, or why there is none
+  ErrorSource source = ErrorSource::run;
 };
 
 struct RigErrors {

@@ -33,7 +33,7 @@ constexpr std::uint32_t kNotTrusted =
     lcr_flag::kPrimaryOverload | lcr_flag::kAfterResync | lcr_flag::kOutOfRange;
 
 auto key(const MeterSetting& s) {
-  return std::tuple(s.frequency_Hz, s.level_V, s.aperture, s.average);
+  return std::tuple(s.frequency_Hz, s.level_V, s.bias_V, s.aperture, s.average);
 }
 
 // Chooses the setting with most readings, or if there are levels, with most readings in levels.
@@ -164,7 +164,7 @@ Metric metric(std::string_view what, std::string_view unit, std::string definiti
     const std::string other(1, c == ' ' ? '_' : c);
     name += c == '%' ? "percent" : c == '/' ? "_per_" : other;
   }
-  return {std::move(name), std::move(label), std::move(definition), {}, {}, {}, 0};
+  return {std::move(name), std::move(label), std::move(definition), {}, {}, {}, 0, {}};
 }
 
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,

@@ -49,6 +49,7 @@ Input input_of(const LevelResults& levels, const PressureRange& range) {
       continue;
     }
     in.points.push_back(point_of(l));
+    if (!range.only_kPa.empty()) in.points.back().planned = 1;
     in.rows += l.readings;
   }
   set_points(in, std::move(in.points));
@@ -59,6 +60,35 @@ int count_pressures(const std::vector<RangePoint>& points) {
   std::map<LevelKey, int> keys;
   for (const RangePoint& p : points) ++keys[p.key];
   return static_cast<int>(keys.size());
+}
+
+// The pressures to which the slope refers, and their weights in it.
+std::vector<LoadState::Pressure> pressures_of(const LevelResults& levels,
+                                              const std::vector<RangePoint>& points) {
+  std::map<std::int32_t, double> asked_kPa;
+  for (const LevelResult& l : levels.levels) {
+    asked_kPa[l.level] = l.target_kPa.value_or(l.pressure_kPa);
+  }
+  struct Means {
+    RunningMean asked, measured;
+    double weight = 0;
+  };
+  std::map<LevelKey, Means> means;
+  double sum = 0;
+  for (const RangePoint& p : points) {
+    Means& m = means[p.key];
+    m.asked.add(asked_kPa[p.level]);
+    m.measured.add(p.at.x);
+    m.weight += p.line_weight;
+    sum += p.line_weight;
+  }
+  std::vector<LoadState::Pressure> out;
+  out.reserve(means.size());
+  for (const auto& [key, m] : means) {
+    out.push_back({m.asked.mean, m.measured.mean, m.weight / sum});
+  }
+  std::ranges::sort(out, {}, &LoadState::Pressure::kPa);
+  return out;
 }
 
 // Mean of each pressure, sorted by pressure: the shape of the curve without the scatter of repeats.
@@ -305,7 +335,8 @@ RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
   remark_on_outliers(levels, in, r);
   remark_on_missing_levels(basis, in, r);
   add_shared(levels, in, *line, scatter, r);
-  r.sensitivity.estimand = name_estimand(scene, levels, range);
+  name_estimand(scene, levels, range, r.sensitivity);
+  r.sensitivity.load->pressures = pressures_of(levels, in.points);
   return r;
 }
 

@@ -16,6 +16,14 @@ enum class UncertaintyKind { a, b };
 template <>
 inline constexpr EnumWords<2> kWordsOf<UncertaintyKind>{"A", "B"};
 
+// What an error comes from. Two runs share the errors of a source only if both prove that they used
+// the same one (analysis/comparison.hpp). Those of `run` are never shared. A choice is no error: it
+// belongs to what the result refers to, and only equal choices are compared.
+enum class ErrorSource { run, meter, cell, probe, branch, time };
+template <>
+inline constexpr EnumWords<6> kWordsOf<ErrorSource>{
+    "run", "meter", "load cell", "probe", "choice of branch", "choice of time"};
+
 struct UncertaintyPart {
   std::string name;  // "scatter of the readings", "force class"
   double standard_uncertainty = 0;  // in the unit of the result
@@ -24,8 +32,7 @@ struct UncertaintyPart {
   // More readings make it smaller. An error that all readings share does not shrink.
   bool shrinks = false;
   bool alike_in_repeats = false;  // of one run: more repeats do not make it smaller
-  // Common to all runs on this rig, so it cancels in a ratio of two runs.
-  bool shared_by_runs = false;
+  ErrorSource source = ErrorSource::run;
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"
   bool is_gap = false;  // not known: named, but not in the uncertainty
 };

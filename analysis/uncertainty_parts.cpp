@@ -18,8 +18,8 @@ UncertaintyPart part(std::string name, double u, std::string basis) {
   return p;
 }
 
-UncertaintyPart shared(UncertaintyPart p) {
-  p.shared_by_runs = true;
+UncertaintyPart of(ErrorSource source, UncertaintyPart p) {
+  p.source = source;
   return p;
 }
 
@@ -79,21 +79,21 @@ UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
 
 // The errors of the meter that scale all changes of the capacitance.
 void add_meter_gain(const RigErrors& rig, double value, Uncertainty& b) {
-  b.parts.push_back(shared(part_of("meter gain", rig.meter_gain, value)));
+  b.parts.push_back(part_of("meter gain", rig.meter_gain, value));
   for (const auto& [name, error] :
        {std::pair("short correction", &rig.short_correction), std::pair("leads", &rig.leads)}) {
-    if (!error->limit) b.parts.push_back(shared(part_of(name, *error, value)));
+    if (!error->limit) b.parts.push_back(part_of(name, *error, value));
   }
 }
 
 // A capacitance parallel to the specimen. `per_F`: change of the result for one farad.
 void add_open_correction(const RigErrors& rig, double per_F, Uncertainty& b) {
-  b.parts.push_back(shared(part_of("open correction", rig.open_correction, per_F)));
+  b.parts.push_back(part_of("open correction", rig.open_correction, per_F));
 }
 
 void add_pressure(const RigErrors& rig, double per_relative, Uncertainty& b) {
-  b.parts.push_back(shared(part_of("force", rig.force, per_relative)));
-  b.parts.push_back(shared(part_of(name_of_area(rig), rig.area, per_relative)));
+  b.parts.push_back(part_of("force", rig.force, per_relative));
+  b.parts.push_back(part_of(name_of_area(rig), rig.area, per_relative));
 }
 
 // Adds the error that is left after the drift was subtracted. `left` is 0 if the scatter has it.
@@ -182,7 +182,7 @@ void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
   Uncertainty b = begin(out.c0, "C0", "pF", UncertainResult::c0);
   b.parts.push_back(scatter(*out.c0.estimate, out.c0_basis));
   const RigErrors rig = rig_errors_of(scene, b.value);
-  b.parts.push_back(shared(part_of("meter specification", rig.meter_total, 1e12)));
+  b.parts.push_back(part_of("meter specification", rig.meter_total, 1e12));
   add_open_correction(rig, 1e12, b);
   if (!rig.short_correction.limit)
     b.parts.push_back(part_of("short correction", rig.short_correction, b.value));
@@ -298,7 +298,7 @@ void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncer
       out.cycles.size() > 1 ? "scatter between cycles" : "scatter about the line of one cycle"));
   const RigErrors rig = rig_errors_of(scene, basis.baseline.c0 ? basis.baseline.c0.value() : 0);
   add_meter_gain(rig, b.value, b);
-  b.parts.push_back(shared(part_of("force", rig.force, b.value)));
+  b.parts.push_back(part_of("force", rig.force, b.value));
   b.parts.push_back(part("alignment of the clocks",
                          moved_force_sensitivity_per_s(basis) * out.instant_s,
                          fmt::format("instant of a reading +-{:.3g} ms; the rate of force changes "
@@ -343,7 +343,7 @@ Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
   add_meter_gain(rig, slope, b);
   UncertaintyPart offset = part_of("meter offset", rig.meter_offset, 0);
   offset.basis += ": cancels in a slope, as an open correction does";
-  if (rig.meter_offset.limit) b.parts.push_back(shared(std::move(offset)));
+  if (rig.meter_offset.limit) b.parts.push_back(std::move(offset));
   add_pressure(rig, slope, b);
   if (!levels.empty()) {
     add_alignment(basis, r, b);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "analysis/comparison.hpp"
 #include "base/strict_json.hpp"
 #include "bench/drawn_truth.hpp"
 #include "daemon/rehearse.hpp"
@@ -108,7 +109,7 @@ void add_comparisons(const RunAnalysis& from, const RunAnalysis& to, std::vector
     if (!c.interval_percent) continue;
     Judged judged;
     judged.result = "increase, " + c.quantity;
-    judged.estimate = Estimate(c.increase_percent);
+    judged.estimate = Estimate(*c.increase_percent);
     judged.estimate.interval = c.interval_percent;
     out.push_back(std::move(judged));
   }

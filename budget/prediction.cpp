@@ -23,7 +23,6 @@ void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKin
   part.standard_uncertainty = size;
   part.kind = kind;
   part.shrinks = kind == UncertaintyKind::a;
-  part.shared_by_runs = kind == UncertaintyKind::b;
   part.basis = std::move(basis);
   uncertainty.parts.push_back(std::move(part));
 }
@@ -31,7 +30,6 @@ void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKin
 // Adds an error of the rig. `per_unit`: change of the result for an error of one.
 void add_error(Uncertainty& uncertainty, std::string name, const RigError& error, double per_unit) {
   uncertainty.parts.push_back(part_of(std::move(name), error, std::abs(per_unit)));
-  uncertainty.parts.back().shared_by_runs = true;
 }
 
 RigErrors rig_errors_of(const PlannedRun& run, const RigAccuracy& rig) {
@@ -131,7 +129,6 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
   if (parts->alignment > 0) {
     add(p.uncertainty, "alignment of the clocks", parts->alignment, UncertaintyKind::b,
         "one error of the instant of all readings, where the rate of pressure changes");
-    p.uncertainty.parts.back().shared_by_runs = false;
   }
   finish(slopes_in(run, range), confidence, p);
   return p;
@@ -157,7 +154,6 @@ Prediction predict_range(const PlannedRun& run, const RigErrors& rig, double con
   if (parts->turn > 0) {
     add(p.uncertainty, "turn within a window", parts->turn, UncertaintyKind::b,
         "a twelfth of rate times window");
-    p.uncertainty.parts.back().shared_by_runs = false;
   }
   finish(static_cast<int>(run.cycles.size()), confidence, p);
   return p;

@@ -56,6 +56,7 @@ void read_frame(const JsonReader& r, Config& c) {
     f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
     f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
     f.force_class = parse_force_class(r);
+    f.cell_serial = parse_name(r, "cell_serial");
     if (const auto loop = r.find("force_loop")) f.force_loop = read_force_loop(*loop);
   }
   r.no_other_keys();

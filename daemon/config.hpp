@@ -23,6 +23,7 @@ struct FrameFacts {
                                         // rigid
   std::optional<double> start_gap_m;  // the gap when a run begins
   std::optional<ForceClass> force_class;  // of the load cell
+  std::string cell_serial;  // of the load cell; empty: not stated
   std::optional<ForceLoop> force_loop;  // used where CAPS do not contain it
 };
 

@@ -163,6 +163,12 @@ std::vector<std::string> config_warnings(const Config& config, const std::string
   return out;
 }
 
+namespace {
+std::string or_not_stated(const std::string& name) {
+  return name.empty() ? "not stated: runs cannot prove that they share it" : name;
+}
+}  // namespace
+
 std::string config_summary(const Config& config) {
   std::string out;
   const auto line = [&out](const char* key, const std::string& value) {
@@ -187,10 +193,13 @@ std::string config_summary(const Config& config) {
                              : fmt::format("not stated: {:g} is assumed, unless the frame states "
                                            "another one",
                                            kAssumedForceClass.percent()));
+    line("load cell", or_not_stated(config.frame.cell_serial));
   }
   if (const auto& d = config.fixture.probe_diameter_m) {
     line("probe diameter", fmt::format("{:g} mm", *d * 1e3));
   }
+  line("probe", or_not_stated(config.fixture.probe_serial.empty() ? config.fixture.probe_name
+                                                                  : config.fixture.probe_serial));
   line("local gravity", fmt::format("{:g} m/s2", config.fixture.local_gravity_m_s2));
   line("wire logs", config.wire_log_directory.empty() ? "none" : "in " + config.wire_log_directory);
   return out;

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-StoredCapabilities capabilities_of(const FrameCapabilities& c) {
+StoredCapabilities capabilities_of(const FrameCapabilities& c, const InstrumentsInfo& info) {
   StoredCapabilities out;
   out.motion = c.motion;
   out.force_hold = c.force_hold;
@@ -28,6 +28,9 @@ StoredCapabilities capabilities_of(const FrameCapabilities& c) {
   out.reaction_s = to_seconds(c.reaction);
   out.deceleration_m_s2 = c.deceleration.si();
   if (c.force_class) out.force_class_percent = c.force_class->percent();
+  if (!c.weights) out.cell_serial = info.frame.cell_serial;
+  out.probe_serial = info.fixture.probe_serial;
+  out.probe_name = info.fixture.probe_name;
   return out;
 }
 
@@ -69,7 +72,7 @@ RunRow Session::make_row() const {
   row.lcr_identity = meter_identity_.text;
   row.frame_identity = frame_identity_.text;
   row.lcr_settings_json = to_json(settings_event(settings_, conversion));
-  row.frame_capabilities_json = to_json(capabilities_of(rig_.frame));
+  row.frame_capabilities_json = to_json(capabilities_of(rig_.frame, info));
   row.frame_limits_json = limits_json(plan_.limits);
   row.corrections =
       corrections_of(meter_identity_, info.simulated || meter_identity_.simulated, corrections_);

@@ -2,6 +2,7 @@
 #include "storage/frame_capabilities.hpp"
 
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 namespace lcrig {
 
@@ -23,13 +24,22 @@ void fields(F field, T& c) {
   field("travel_max_m", c.travel_max_m);
   field("reaction_s", c.reaction_s);
   field("deceleration_m_s2", c.deceleration_m_s2);
+  field("cell_serial", c.cell_serial);
+  field("probe_serial", c.probe_serial);
+  field("probe_name", c.probe_name);
 }
 
 }  // namespace
 
 std::string to_json(const StoredCapabilities& capabilities) {
   json out;
-  fields([&out](const char* key, auto value) { out[key] = value; }, capabilities);
+  const auto write = [&out](const char* key, const auto& value) {
+    if constexpr (std::is_same_v<decltype(value), const std::string&>) {
+      if (value.empty()) return;
+    }
+    out[key] = value;
+  };
+  fields(write, capabilities);
   if (capabilities.force_class_percent) out[kForceClass] = *capabilities.force_class_percent;
   return out.dump();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "analysis/comparison.hpp"
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
 #include "analysis/report/tables.hpp"
@@ -46,9 +47,25 @@ std::string results_table(std::span<const ReportRun> runs) {
   return table.html() + two_truths();
 }
 
-std::string increase_table(std::span<const ReportRun> runs) {
+std::vector<Comparison> comparisons_of(std::span<const ReportRun> runs) {
   std::vector<RunAnalysis> analyses;
-  for (const ReportRun& run : runs) analyses.push_back(run.analysis);
+  std::vector<const RunData*> data;
+  for (const ReportRun& run : runs) {
+    analyses.push_back(run.analysis);
+    data.push_back(&run.data);
+  }
+  return compare(analyses, slopes_of(std::move(data)));
+}
+
+// What a reader has to know beside the numbers, one line each.
+std::string remarks_on(const Comparison& c) {
+  std::string out = estimand_line(c.remark());
+  if (!c.remedy.empty()) out += estimand_line("to compare them: " + c.remedy);
+  for (const std::string& s : c.not_shared) out += estimand_line("not proven the same: " + s);
+  return out;
+}
+
+std::string increase_table(std::span<const ReportRun> runs) {
   Table table{"result",
               "from",
               "to",
@@ -57,19 +74,22 @@ std::string increase_table(std::span<const ReportRun> runs) {
               "increase",
               "± standard error, %",
               fmt::format("{:g} % interval, %", runs.front().analysis.options.confidence * 100)};
-  for (const Comparison& c : compare(analyses)) {
+  std::string verdicts;
+  for (const Comparison& c : comparisons_of(runs)) {
     const auto se = c.standard_error_percent;
-    table.row({text(c.quantity) + estimand_line(c.remark),
+    const auto value = [](const std::optional<double>& v) { return v ? number(*v) : no_number(); };
+    table.row({text(c.quantity) + remarks_on(c),
                fmt::format("run {}, {}", c.from_run, text(c.from_specimen)),
-               fmt::format("run {}, {}", c.to_run, text(c.to_specimen)), number(c.from_value),
-               number(c.to_value), percent(c.increase_percent), se ? number(*se, se) : no_number(),
-               interval(c.interval_percent, se)});
+               fmt::format("run {}, {}", c.to_run, text(c.to_specimen)), value(c.from_value),
+               value(c.to_value), c.increase_percent ? percent(*c.increase_percent) : no_number(),
+               se ? number(*se, se) : no_number(), interval(c.interval_percent, se)});
+    verdicts += "<li>" + text(c.verdict) + "</li>\n";
   }
   if (table.empty()) return {};
   return paragraph(
-             "Each run with the one before it and with the first. What two runs share (force "
-             "class, probe, the meter's gain) cancels in the ratio.") +
-         table.html();
+             "Each run with the one before it and with the first. An error of meter, load cell or "
+             "probe cancels only where both runs prove that they used the same one.") +
+         table.html() + "<ul>\n" + verdicts + "</ul>\n";
 }
 
 // The texts that `part` makes of each run, under the name of the run.

@@ -31,6 +31,7 @@ void read_frame(const JsonReader& r, Bench& b) {
   read(r, "force_offset", Dimension::force, p.force_offset_N, kAnyNumber);
   read(r, "force_nominal", Dimension::force, p.force_nominal_N, kPositive);
   p.force_class = parse_force_class(r);
+  b.cell_serial = parse_name(r, "cell_serial");
   read(r, "travel_resolution", Dimension::length, p.travel_resolution_m);
   read(r, "travel_min", Dimension::length, p.travel_min_m, kAnyNumber);
   read(r, "travel_max", Dimension::length, p.travel_max_m, kAnyNumber);
@@ -69,11 +70,19 @@ std::optional<ForceClass> parse_force_class(const JsonReader& frame) {
   return std::nullopt;
 }
 
+std::string parse_name(const JsonReader& object, const char* key) {
+  const auto name = object.optional_string(key);
+  if (name && name->empty()) object.at(key).refuse("an empty name, expected some text");
+  return name.value_or("");
+}
+
 Fixture parse_fixture(const JsonReader& fixture) {
   Fixture f;
   f.probe_diameter_m = fixture.quantity("probe_diameter", Dimension::length, kPositive);
   read(fixture, "local_gravity", Dimension::acceleration, f.local_gravity_m_s2, Range{9.7, 9.9});
   f.stray_limit_F = fixture.optional_quantity("stray_limit", Dimension::capacitance, kNotNegative);
+  f.probe_serial = parse_name(fixture, "probe_serial");
+  f.probe_name = parse_name(fixture, "probe_name");
   fixture.no_other_keys();
   return f;
 }

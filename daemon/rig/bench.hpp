@@ -22,11 +22,15 @@ namespace lcrig {
 struct Fixture {
   std::optional<double> probe_diameter_m;  // absent: unknown, so there are no pressures
   double local_gravity_m_s2 = kStandardGravity_m_s2;
+  // Which probe it is. Runs that state the same one share the error of its area. Empty: not stated.
+  std::string probe_serial = {}, probe_name = {};
   std::optional<double> stray_limit_F;  // of leads and fixture, without an open correction
   std::optional<double> probe_area_m2() const;
 };
 // Reads the `fixture` object of a bench or config file.
 Fixture parse_fixture(const JsonReader& fixture);
+// Reads a serial number or name, which must not be empty. Without the key: empty.
+std::string parse_name(const JsonReader& object, const char* key);
 // Reads `force_class` of the `frame` object of a bench or config file. nullopt: it is not stated.
 std::optional<ForceClass> parse_force_class(const JsonReader& frame);
 
@@ -34,6 +38,7 @@ struct Bench {
   std::string name, text;
   Fixture fixture;
   double error_tolerance = 1e-3;  // relative error of the change in capacitance
+  std::string cell_serial;  // of its load cell; empty: not stated
   PlantConfig plant;
   double frame_rate_max_Hz = 500;  // highest sample rate of its gateway
   std::optional<ErrorScope> errors;  // drawn by the seed; absent: white noise only

@@ -73,11 +73,16 @@ class BenchInstruments final : public SimulatedInstruments {
     info_.model_level = std::string(to_string(world_->level().settings.level));
     info_.solved_to_N = world_->response().max_force_N();
     nlohmann::json model = to_json(world_->level());
-    if (world_->errors()) model["drawn"] = world_->errors()->to_json();
+    if (world_->errors()) {
+      model["drawn"] = world_->errors()->to_json();
+      // Lasting errors are drawn from it, so that runs with the same seed are of one rig.
+      model["rig_seed"] = request.bench.rig_seed.value_or(static_cast<std::uint64_t>(request.seed));
+    }
     info_.model_json = model.dump();
     // The plan gets only what it would know of a real rig; the place of contact is only an
     // expectation.
     info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
+    info_.frame.cell_serial = request.bench.cell_serial;
     info_.specimen_least_m = least_shortening(*request.specimen);
     info_.specimen_free_m = free_shortening(*request.specimen);
     info_.compression_m = world_->compression_m();

@@ -6,11 +6,10 @@
 
 #include "analysis/analysis.hpp"
 #include "analysis/analysis_text.hpp"
-#include "storage/chain.hpp"
+#include "tools/lcrig/analysed_runs.hpp"
 #include "tools/lcrig/analysis_arguments.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
 
@@ -32,41 +31,20 @@ class AnalyzeCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override {
     const auto wanted = options_.read("analyze");
     if (!wanted) return wanted.error();
-    auto analyses = analyse_all(context, *wanted);
-    if (!analyses) return analyses.error();
-    const auto comparisons = compare(*analyses);
+    const auto analysed = analyse_runs(context, runs_, *wanted);
+    if (!analysed) return analysed.error();
+    const auto& analyses = analysed->analyses;
+    const auto comparisons = analysed->compared();
     json out = {{"runs", json::array()}, {"comparisons", json::array()}};
-    for (const RunAnalysis& a : *analyses) out["runs"].push_back(to_json(a));
+    for (const RunAnalysis& a : analyses) out["runs"].push_back(to_json(a));
     for (const Comparison& c : comparisons) out["comparisons"].push_back(to_json(c));
-    return show(context, analyses->size() == 1 ? out["runs"][0] : out, [&](std::ostream& to) {
-      for (const RunAnalysis& a : *analyses) to << to_text(a) << '\n';
+    return show(context, analyses.size() == 1 ? out["runs"][0] : out, [&](std::ostream& to) {
+      for (const RunAnalysis& a : analyses) to << to_text(a) << '\n';
       if (!comparisons.empty()) to << to_text(comparisons);
     });
   }
 
  private:
-  Outcome<std::vector<RunAnalysis>> analyse_all(const Context& context,
-                                                const AnalysisOptions& wanted) const {
-    auto db = open_runs(context);
-    if (!db) return db.error();
-    std::vector<RunAnalysis> out;
-    for (const auto& text : runs_) {
-      auto run = named_run(context, *db, text);
-      if (!run) return run.error();
-      auto checked = verify_aside(*db, *run);
-      auto analysis = analyse(*db, *run, wanted);
-      if (!analysis) {
-        const auto look = next_command(context.global, {"runs", "show", text});
-        return Failure(analysis.error(), next_after(analysis.error(), look));
-      }
-      const auto chain = checked.get();
-      if (!chain) return Failure(chain.error(), next_after(chain.error()));
-      if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));
-      out.push_back(std::move(*analysis));
-    }
-    return out;
-  }
-
   std::vector<std::string> runs_{"last"};
   AnalysisArguments options_;
 };

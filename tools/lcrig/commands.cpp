@@ -17,11 +17,11 @@ std::vector<std::unique_ptr<Command>> make_commands() {
       kProtocolShowCommand,  kProtocolCheckCommand, kProtocolPlanCommand, kSpecimenAddCommand,
       kSpecimenCheckCommand, kSpecimenListCommand,  kSpecimenShowCommand, kRunsListCommand,
       kRunsShowCommand,      kRunsNoteCommand,      kRunsTagCommand,      kRunsCopyCommand,
-      kExportCommand,        kAnalyzeCommand,       kReportCommand,       kBudgetCommand,
-      kVerifyCommand,        kModelCurveCommand,    kModelDesignCommand,  kModelLadderCommand,
-      kModelCompareCommand,  kModelFitCommand,      kBackupCommand,       kRestoreCommand,
-      kDoctorCommand,        kConfigCheckCommand,   kConfigShowCommand,   kMetricsCommand,
-      kLcrCorrectCommand,    kLcrShowCommand,
+      kExportCommand,        kAnalyzeCommand,       kCompareCommand,      kReportCommand,
+      kBudgetCommand,        kVerifyCommand,        kModelCurveCommand,   kModelDesignCommand,
+      kModelLadderCommand,   kModelCompareCommand,  kModelFitCommand,     kBackupCommand,
+      kRestoreCommand,       kDoctorCommand,        kConfigCheckCommand,  kConfigShowCommand,
+      kMetricsCommand,       kLcrCorrectCommand,    kLcrShowCommand,
   };
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());

@@ -11,12 +11,12 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kProtocolListCommand, kProtocolShowCommand, kProtocolCheckCommand, kProtocolPlanCommand,
     kSpecimenAddCommand, kSpecimenCheckCommand, kSpecimenListCommand, kSpecimenShowCommand,
     kRunsListCommand, kRunsShowCommand, kRunsNoteCommand, kRunsTagCommand, kRunsCopyCommand,
-    kExportCommand, kAnalyzeCommand, kVerifyCommand, kReportCommand, kBudgetCommand,
-    kModelCurveCommand, kModelDesignCommand, kModelLadderCommand, kModelCompareCommand,
-    kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand, kQueueShowCommand,
-    kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand, kQueueStartCommand,
-    kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand, kQueueUnlockCommand,
-    kQueueAnswerCommand, kBackupCommand, kRestoreCommand, kDoctorCommand, kMetricsCommand,
-    kConfigCheckCommand, kConfigShowCommand, kLcrCorrectCommand, kLcrShowCommand;
+    kExportCommand, kAnalyzeCommand, kCompareCommand, kVerifyCommand, kReportCommand,
+    kBudgetCommand, kModelCurveCommand, kModelDesignCommand, kModelLadderCommand,
+    kModelCompareCommand, kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand,
+    kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand,
+    kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand,
+    kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand, kDoctorCommand,
+    kMetricsCommand, kConfigCheckCommand, kConfigShowCommand, kLcrCorrectCommand, kLcrShowCommand;
 
 }  // namespace lcrig::cli

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Metrics of synthetic runs whose truth is known.
 #include "analysis/analysis.hpp"
+#include "analysis/comparison.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -282,9 +283,9 @@ TEST(Analyse, GivesThePapersNumbersBack) {
     if (c.quantity != "sensitivity 0-30 kPa") continue;
     const double truth = expected[found++];
     ASSERT_TRUE(c.interval_percent);
-    EXPECT_LE((*c.interval_percent)[0], truth + 0.05) << c.from_value << " " << c.to_value;
+    EXPECT_LE((*c.interval_percent)[0], truth + 0.05) << *c.from_value << " " << *c.to_value;
     EXPECT_GE((*c.interval_percent)[1], truth - 0.05);
-    EXPECT_NEAR(c.increase_percent, truth, 4 * *c.standard_error_percent);
+    EXPECT_NEAR(*c.increase_percent, truth, 4 * *c.standard_error_percent);
   }
   EXPECT_EQ(found, 3);
 }

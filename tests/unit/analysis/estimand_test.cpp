@@ -91,7 +91,7 @@ TEST(Estimand, OtherBranchIsThePartByWhichItsSlopeDiffers) {
     EXPECT_NEAR(r.sensitivity.value(), 6, 0.01);
     const UncertaintyPart& other = part_of(r, "other branch");
     EXPECT_NEAR(other.standard_uncertainty, 0.3 / std::sqrt(3.0), 0.01);
-    EXPECT_TRUE(other.shared_by_runs) << "runs that are compared choose the same branch";
+    EXPECT_EQ(other.source, ErrorSource::branch);
     EXPECT_GE(r.uncertainty.combined, other.standard_uncertainty);
     EXPECT_TRUE(holds(r.sensitivity, 6)) << "ci95 is for the branch that was measured";
   }
@@ -115,7 +115,7 @@ TEST(Estimand, AnotherTimeIsADecadeOfCreep) {
     const UncertaintyPart& time = part_of(r, "another time");
     EXPECT_NEAR(time.standard_uncertainty,
                 a.creep.value() / 100 * r.sensitivity.value() / std::sqrt(3.0), 1e-6);
-    EXPECT_TRUE(time.shared_by_runs);
+    EXPECT_EQ(time.source, ErrorSource::time);
   }
   s.spoil = SyntheticRun::Static().spoil;
   const auto steady = of_static(s);
@@ -162,7 +162,7 @@ TEST(Estimand, AnotherTimeIsAPartOfTheHighestLevelAndOfTheDynamicRange) {
     EXPECT_NEAR(time.standard_uncertainty, a.creep.value() / 100 * metric->value() / std::sqrt(3.0),
                 1e-6)
         << quantity;
-    EXPECT_TRUE(time.shared_by_runs);
+    EXPECT_EQ(time.source, ErrorSource::time);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "analysis/comparison.hpp"
 #include "analysis/line_fit.hpp"
 #include "analysis/metrics.hpp"
 
@@ -61,8 +62,14 @@ RunAnalysis run_with(double freedom, double percent) {
   UncertaintyPart scatter = part("scatter", percent, "made up");
   scatter.kind = UncertaintyKind::a;
   scatter.degrees_of_freedom = freedom;
-  u.parts = {scatter, shared(part("force", 1, "made up"))};
+  u.parts = {scatter, of(ErrorSource::cell, part("force", 1, "made up"))};
   a.uncertainties = {u};
+  a.conditions.cell = "cell 1";
+  a.conditions.setting.emplace();
+  a.conditions.probe_diameter_m = 0.004;
+  LoadState& load = a.ranges[0].sensitivity.load.emplace();
+  load.pressures = {{10, 10, 0.5}, {20, 20, 0.5}};
+  load.log10_s = 0;
   return a;
 }
 
