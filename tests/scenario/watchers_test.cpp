@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
+#include <utility>
 
 namespace lcrig {
 namespace {
@@ -165,7 +166,7 @@ TEST_F(Watchers, AnAbortAmongThemIsObeyedAtOnce) {
 class Crowd {
  public:
   virtual ~Crowd() = default;
-  virtual void act() {}  // whenever the daemon has nothing to do
+  virtual void act(MonoTime /*now*/) {}  // whenever the daemon has nothing to do
 };
 
 class Idle : public Crowd {
@@ -192,7 +193,7 @@ class Calling : public Idle {
   explicit Calling(const std::string& path) : Idle(path) {
     for (auto& client : clients_) client->call("watch");
   }
-  void act() override {
+  void act(MonoTime /*now*/) override {
     for (auto& client : clients_) {
       client->push(text_);
       client->take();
@@ -206,19 +207,21 @@ class Calling : public Idle {
 class LongLines : public Crowd {
  public:
   explicit LongLines(const std::string& path) : flood_(path, 64) {}
-  void act() override { flood_.push(); }
+  void act(MonoTime /*now*/) override { flood_.push(); }
 
  private:
   Flood flood_;
 };
 
-// 64 watch, 300 more are open at any time, and each is closed for a new one again and again.
+// 64 watch, 300 more are open at any time, of which 20 are closed for new ones whenever time
+// passes.
 class Connections : public Stalled {
  public:
   explicit Connections(const std::string& path) : Stalled(path), path_(path) {
     for (int i = 0; i < 300; ++i) open();
   }
-  void act() override {
+  void act(MonoTime now) override {
+    if (now == std::exchange(last_, now)) return;  // what is opened has to be taken
     for (int i = 0; i < 20; ++i) {
       others_.pop_front();
       open();
@@ -231,6 +234,7 @@ class Connections : public Stalled {
     if (others_.size() % 2 == 0) others_.back()->call("status");
   }
   std::string path_;
+  MonoTime last_;
   std::deque<std::unique_ptr<PlainClient>> others_;
 };
 
@@ -257,7 +261,7 @@ class UnderACrowd : public Watchers, public testing::WithParamInterface<CrowdKin
     person.call(method);
     json said;
     clock.run(io, [&] {
-      crowd.act();
+      crowd.act(clock.now());
       for (const json& message : person.take()) said = message;
       return !said.is_null() || person.gone() || clock.now() > asked + 10s;
     });
@@ -271,14 +275,16 @@ class UnderACrowd : public Watchers, public testing::WithParamInterface<CrowdKin
     auto crowd = GetParam().make(socket_path());
     const MonoTime begun = clock.now();
     clock.run(io, [&] {
-      crowd->act();
+      crowd->act(clock.now());
       return clock.now() > begun + into_the_run;
     });
     EXPECT_LE(stop_anew(method, *crowd), 100ms) << method;
     clock.run(io, [&] {
-      crowd->act();
+      crowd->act(clock.now());
       return !app->status().run || clock.now() > begun + 10min;
     });
+    crowd.reset();
+    clock.run_for(io, 2s);  // the session is closed, and whoever was connected is gone
     ASSERT_TRUE(app->status().last_run);
     EXPECT_EQ(app->status().last_run->exit_status, ExitStatus::abort);
   }

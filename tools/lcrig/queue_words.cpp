@@ -38,7 +38,9 @@ bool is_in_use(const QueueStatus& q) {
 
 std::string idle_words(const std::optional<QueueStatus>& queue, bool correcting) {
   const std::string none = "no run in progress";
-  if (correcting) return none + ": the meter's open or short correction is being made";
+  if (correcting) {
+    return none + ": the meter's open or short correction is being made: up to two minutes";
+  }
   if (!queue || !is_in_use(*queue)) return none;
   const QueueStatus& q = *queue;
   if (!q.going) return none + ": the queue is held: " + printable(q.why, kLongestWords);

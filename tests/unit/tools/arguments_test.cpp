@@ -146,17 +146,20 @@ TEST(Arguments, VersionIsAResult) {
 
 TEST(Arguments, AnUnreachableDaemonIsThreeAndSaysHowToGoOn) {
   Cli cli;
-  const auto expect_unreachable = [&cli](const char* verb, const char* advice) {
+  const auto expect_unreachable = [&cli](const char* verb, const char* advice,
+                                         const char* command = "systemctl status lcrigd") {
     EXPECT_EQ(cli.run({verb}), cli::kUnreachable) << verb;
-    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("no-daemon.sock"),
-                                     HasSubstr("systemctl status lcrigd"), HasSubstr(advice)));
+    EXPECT_THAT(cli.err.str(),
+                AllOf(HasSubstr("no-daemon.sock"), HasSubstr(command), HasSubstr(advice)));
   };
   for (const auto* verb : {"status", "watch", "resume"}) expect_unreachable(verb, "rehearse");
   for (const auto* verb : {"confirm", "answer"}) {
     expect_unreachable(verb, "");
     EXPECT_THAT(cli.err.str(), Not(HasSubstr("rehearse"))) << "it is about a run at the rig";
   }
-  for (const auto* verb : {"pause", "abort", "freeze"}) expect_unreachable(verb, "E-stop");
+  for (const auto* verb : {"pause", "abort", "freeze"}) {
+    expect_unreachable(verb, "E-stop", "systemctl stop lcrigd");
+  }
   EXPECT_EQ(cli.run({"status", "--socket", std::string(300, 's')}), cli::kUsage);
 }
 

@@ -48,6 +48,13 @@ TEST(LiveLine, ShowsEverythingAtEightyColumns) {
   EXPECT_LE(line.size(), 79U);
 }
 
+TEST(LiveLine, ATimeThatDoesNotCountDownIsMarked) {
+  RunStatus s = cycle();
+  s.overdue = true;
+  EXPECT_THAT(format_live_line(s, 80), EndsWith("left >2:30"));
+  EXPECT_THAT(format_plain_line(s), EndsWith("left >2:30"));
+}
+
 TEST(LiveLine, KeepsStepAndCapacitanceAtFortyColumns) {
   const auto line = format_live_line(cycle(), 40);
   EXPECT_LE(line.size(), 39U);

@@ -167,8 +167,9 @@ class Desk {
         EXPECT_EQ((" " + line + " ").find(" " + word + " "), std::string::npos) << word;
       }
       if (!line.starts_with("lcrig ")) {
-        EXPECT_THAT(line, testing::MatchesRegex("systemctl status lcrigd|sudo adduser .USER lcrig|"
-                                                "mkdir -p [^ ]+|df -h"));
+        EXPECT_THAT(line,
+                    testing::MatchesRegex("systemctl (status|stop) lcrigd|sudo adduser .USER lcrig|"
+                                          "mkdir -p [^ ]+|df -h"));
         continue;
       }
       ++tried;

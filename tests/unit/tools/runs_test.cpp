@@ -460,7 +460,8 @@ TEST(RunListingLine, IsWhatAJsonValueWouldPrint) {
     EXPECT_EQ(parsed["uuid"].is_null(), !ended);
     EXPECT_EQ(parsed["ended"], ended ? json("2026-01-31T10:00:00Z") : json(nullptr));
     EXPECT_EQ(parsed["unproven_readings"], 26);
-    EXPECT_EQ(parsed.size(), 17U);
+    EXPECT_EQ(parsed["made"], parsed["started"]);
+    EXPECT_EQ(parsed.size(), 18U);
   }
 }
 
