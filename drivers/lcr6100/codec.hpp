@@ -77,6 +77,8 @@ std::vector<Setting> settings_for(const MeterState& wanted);
 // and average, and no two neighbours with the same answer, so that a line too old by one is
 // noticed.
 std::vector<Setting> read_backs_for(const MeterState& wanted);
+// Whether values depend on it, which takes time.
+bool must_settle(SettingId id);
 // The key of a setting in the event `read_back`.
 std::string_view key_of(SettingId id);
 // True when the read-back equals the wanted value. The case of words is ignored; numbers may differ

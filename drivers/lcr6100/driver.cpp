@@ -139,7 +139,7 @@ Result<> Lcr6100::check(const LcrSettings& s) const {
 Task<Result<>> Lcr6100::establish(const Setting& setting, LcrSettings& got) {
   Result<Reply> reply = fail(Errc::bug, "{}: not asked", link_.name());
   for (int i = 0; i < kTries; ++i) {
-    if (setting.id != SettingId::trigger) settled_ = clock_.now() + capabilities_.settling;
+    if (must_settle(setting.id)) settled_ = clock_.now() + capabilities_.settling;
     auto sent = co_await set(setting.set);
     if (!sent) co_return sent;
     reply = co_await link_.query(setting.query, kReplyTime);

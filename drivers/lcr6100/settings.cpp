@@ -51,13 +51,10 @@ std::vector<Setting> settings_for(const MeterState& wanted) {
   add(Id::function, "function", "FUNC", std::string(to_string(s.function)));
   add(Id::auto_function, "automatic function", "FUNC:IMP:AUTO", "OFF");
   add(Id::auto_range, "range", "FUNC:RANG:AUTO", "AUTO");
-  add(Id::monitor1, "monitor 1", "FUNC:MON1", "OFF");
-  add(Id::monitor2, "monitor 2", "FUNC:MON2", "OFF");
   add(Id::source_resistance, "source resistance", "LEV:SRES", "100");
   add(Id::level, "level", "LEV:VOLT", format_parameter(s.level.si()));
   add(Id::alc, "level control", "LEV:ALC", "OFF");
   add(Id::bias, "bias", "BIAS", s.bias ? format_parameter(s.bias->si()) : "OFF");
-  add(Id::comparator, "comparator", "COMP:STAT", "OFF");
   add(Id::frequency, "frequency", "FREQ", format_parameter(s.frequency.si()));
   add(Id::aperture, "aperture", "APER", std::string(kRates[static_cast<std::size_t>(s.aperture)]));
   add(Id::average, "average", "APER", std::to_string(s.average));
@@ -68,6 +65,10 @@ std::vector<Setting> settings_for(const MeterState& wanted) {
   if (on.short_circuit) {
     add_switch(Id::short_correction, "short correction", "CORR:SHOR:STAT", *on.short_circuit);
   }
+  // While those above settle. No value depends on these.
+  add(Id::monitor1, "monitor 1", "FUNC:MON1", "OFF");
+  add(Id::monitor2, "monitor 2", "FUNC:MON2", "OFF");
+  add(Id::comparator, "comparator", "COMP:STAT", "OFF");
   add(Id::trigger, "trigger", "TRIG:SOUR", s.trigger == LcrTrigger::bus ? "BUS" : "INT");
   return out;
 }
@@ -95,6 +96,11 @@ std::vector<Setting> read_backs_for(const MeterState& wanted) {
     if (it != all.end()) out.push_back(*it);
   }
   return out;
+}
+
+bool must_settle(SettingId id) {
+  return id != SettingId::page && id != SettingId::monitor1 && id != SettingId::monitor2 &&
+         id != SettingId::comparator && id != SettingId::trigger;
 }
 
 std::string_view key_of(SettingId id) {
