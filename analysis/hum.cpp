@@ -2,7 +2,7 @@
 // Finds a sine in the readings that does not come from the specimen. See metrics.hpp.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <optional>
 
-#include "analysis/analysis.hpp"
+#include "analysis/fit_data.hpp"
 #include "analysis/pressure_of_run.hpp"
 #include "model/auto_level.hpp"
 #include "model/fit.hpp"
@@ -31,7 +31,6 @@ namespace {
 
 constexpr double kTolerances[] = {1e-3, 1e-2,
                                   0.1};  // relative, of the model; the first that is met
-constexpr std::size_t kLeastWithC0 = 5;  // fewest points that determine modulus, offset and C0
 
 struct LevelMean {
   double force_N = 0, capacitance_F = 0;
@@ -82,32 +81,13 @@ Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run
   return means;
 }
 
-struct FitData {
-  std::vector<FitPoint> points;
-  C0Error c0;
-};
-
-// The levels as in the analysis: drift subtracted, weights by the number of readings. C0 has the
-// error that the analysis finds, including slow noise. If nothing scatters, only the weights count.
-std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
-                                          const Specimen& specimen) {
+// The levels and rests as the analysis reads them.
+Result<FitData> fit_data_of_levels(const Database& db, std::int64_t run, const Specimen& specimen) {
   const auto data = load_run_data(db, run);
-  if (!data || !data->area_m2) return std::nullopt;
+  if (!data) return fail(data.error());
   const auto analysis = analyse(*data);
-  if (!analysis || !analysis->c0 || analysis->c0.rows < 1) return std::nullopt;
-  FitData out;
-  const auto& c0 = *analysis->c0.estimate;
-  const bool scatters = analysis->noise && analysis->noise.value() > 0 &&
-                        c0.standard_error.value_or(0) > 0 && c0.degrees_of_freedom;
-  const double noise_F = scatters ? analysis->noise.value() * 1e-15 : 1e-15;
-  for (const LevelResult& l : analysis->levels) {
-    if (!l.delta_C_fF || !(l.pressure_kPa > 0)) continue;
-    const double Pa = l.pressure_kPa * 1e3 * *data->area_m2 / specimen.area_m2();
-    out.points.emplace_back(Pa, *l.delta_C_fF * 1e-15, noise_F / std::sqrt(l.readings), l.repeat);
-  }
-  out.c0 = scatters ? C0Error(*c0.standard_error * 1e-12, *c0.degrees_of_freedom)
-                    : C0Error(noise_F / std::sqrt(static_cast<double>(analysis->c0.rows)));
-  return out.points.size() >= kLeastWithC0 ? std::optional(std::move(out)) : std::nullopt;
+  if (!analysis) return fail(analysis.error());
+  return fit_data_of(*data, *analysis, specimen.area_m2());
 }
 
 Outcome<FitData> fit_data(const Context& context, const Database& db, std::int64_t run,
@@ -175,6 +155,34 @@ json of_pressure(const FitValue& v, double model_error, const RigError& rig) {
   return out;
 }
 
+json to_json(const FitMisfit& m) {
+  json patterns = json::array(), pulls = json::array();
+  for (const FitPattern& p : m.patterns) {
+    patterns.push_back(
+        {{"kind", to_string(p.kind)}, {"size_percent", p.size_percent}, {"text", p.text}});
+  }
+  for (const FitPull& p : m.pulls) {
+    pulls.push_back({{"pressure_kPa", p.pressure_Pa * 1e-3},
+                     {"time_s", p.time_s},
+                     {"residual_fF", p.residual_F * 1e15},
+                     {"pull", p.pull}});
+  }
+  return json{{"chi2", m.chi2},
+              {"degrees_of_freedom", m.degrees_of_freedom},
+              {"p", m.p},
+              {"law_fF", m.law_F * 1e15},
+              {"patterns", std::move(patterns)},
+              {"c0_pull", m.c0_pull},
+              {"pulls", std::move(pulls)}};
+}
+
+json to_json(const FitParts& p) {
+  return json{{"repeats", p.repeats * 100},      {"c0", p.c0 * 100},
+              {"drift", p.drift * 100},          {"creep", p.creep * 100},
+              {"misfit", p.misfit * 100},        {"geometry", p.geometry * 100},
+              {"hysteresis", p.hysteresis * 100}};
+}
+
 json to_json(const FittedRun& run, const LevelSettings& level, double model_error,
              const RigError& rig, const Fit& fit) {
   return json{{"run", run.number},
@@ -182,6 +190,9 @@ json to_json(const FittedRun& run, const LevelSettings& level, double model_erro
               {"intact", run.intact},
               {"level", to_string(level.level)},
               {"model_error", model_error},
+              {"verdict", fit.misfit.found() ? "misfit" : "fits"},
+              {"misfit", to_json(fit.misfit)},
+              {"parts_percent", to_json(fit.parts)},
               {"shear_modulus_kPa", of_pressure(fit.shear_modulus_Pa, model_error, rig)},
               {"contact_offset_kPa", of_pressure(fit.contact_offset_Pa, model_error, rig)},
               {"c0_shift_fF", to_json(fit.c0_shift_F, 1e15, model_error)},
@@ -201,16 +212,48 @@ std::string line_of(const char* name, const FitValue& v, double scale, const cha
   return out + "\n";
 }
 
+std::string verdict_of(const FitMisfit& m) {
+  std::string out = fmt::format("{:<15} ", "verdict");
+  if (m.found()) {
+    out += "misfit; the intervals include it";
+  } else {
+    out += "the law describes the levels";
+  }
+  out +=
+      fmt::format(" (without creep and misfit: chi2 {:.3g} for {:g} degrees of freedom, p {:.2g}",
+                  m.chi2, m.degrees_of_freedom, m.p);
+  if (m.c0_pull != 0) out += fmt::format("; C0 pulled by {:+.2g} standard errors", m.c0_pull);
+  out += ")\n";
+  for (const FitPattern& p : m.patterns) out += fmt::format("  {}\n", p.text);
+  const auto worst =
+      std::ranges::max_element(m.pulls, {}, [](const FitPull& p) { return std::abs(p.pull); });
+  if (m.found() && worst != m.pulls.end()) {
+    out += fmt::format("  largest pull of a level: {:+.2g}, {:+.3g} fF at {:.4g} kPa\n",
+                       worst->pull, worst->residual_F * 1e15, worst->pressure_Pa * 1e-3);
+  }
+  return out;
+}
+
+std::string parts_line(const FitParts& p) {
+  return fmt::format(
+      "{:<15} of the modulus, %: repeats {:.2g}, C0 {:.2g}, drift {:.2g}, creep {:.2g}, misfit "
+      "{:.2g}; shifts: geometry {:.2g}, hysteresis {:.2g}\n",
+      "uncertainty", p.repeats * 100, p.c0 * 100, p.drift * 100, p.creep * 100, p.misfit * 100,
+      p.geometry * 100, p.hysteresis * 100);
+}
+
 std::string to_text(const FittedRun& run, const LevelSettings& level, double model_error,
                     const RigError& rig, const Fit& fit) {
-  std::string out = fmt::format("{}run {}: {} levels, model {}", run.simulated ? "simulated " : "",
-                                run.number, fit.points, to_string(level.level));
+  std::string out = fmt::format("{}run {}: {} points of levels and rests, model {}",
+                                run.simulated ? "simulated " : "", run.number, fit.points,
+                                to_string(level.level));
   if (model_error > 0) out += fmt::format(" (its estimated error: {:.2g} %)", model_error * 100);
   out += "\n" + line_of("shear modulus", fit.shear_modulus_Pa, 1e-3, "kPa", model_error);
   out += line_of("contact offset", fit.contact_offset_Pa, 1e-3, "kPa", model_error);
   if (fit.c0_shift_F.standard_error > 0) {
     out += line_of("C0 shift", fit.c0_shift_F, 1e15, "fF", model_error);
   }
+  out += verdict_of(fit.misfit) + parts_line(fit.parts);
   out += fmt::format(
       "not in these intervals: force (limits of {:g} %) and area (diameter within {:g} mm), "
       "assumed; "
@@ -260,7 +303,7 @@ class FitCommand final : public Command {
       level = choice->settings;
       model_error = choice->error_estimate;
     }
-    auto fit = fit_response(*specimen, level, data->points, data->c0);
+    auto fit = fit_response(*specimen, level, *data);
     if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
     const FittedRun of{id, row->simulated, chain->intact};
     const RigError rig =

@@ -244,6 +244,8 @@ TEST_F(ModelCommands, CompareListsThePaperAndItsErrors) {
 
 class ModelFit : public ModelCommands {
  protected:
+  virtual std::string meter_text() const { return "\"frequency_Hz\": 1000,"; }
+  virtual ParameterValues parameters() const { return {}; }
   void SetUp() override {
     cli.variables["LCRIG_DB"] = path;
     RehearseRequest request;
@@ -251,6 +253,9 @@ class ModelFit : public ModelCommands {
     auto text = read_text_file("protocols/library/static-frame.json");
     ASSERT_TRUE(text) << text.error().what;
     request.protocol_text = *text;
+    const std::string meter = "\"frequency_Hz\": 1000,";
+    request.protocol_text.replace(text->find(meter), meter.size(), meter_text());
+    request.parameters = parameters();
     request.specimen_name = "paper-3";
     request.specimen_text = specimen_text();
     request.db_path = path;
@@ -282,6 +287,11 @@ TEST_F(ModelFit, FindsTheModulusOfARecordedRun) {
   EXPECT_GT(mu["ci95"][1], mu["value"]);
   EXPECT_GT(mu["rig_uncertainty"], 0.0057 * mu["value"].get<double>());  // from the force alone
   EXPECT_GE(fit["points"], 4);
+  EXPECT_EQ(fit["verdict"], "fits") << fit["misfit"].dump();
+  EXPECT_GT(fit["misfit"]["p"], 0.01);
+  EXPECT_LT(std::abs(fit["misfit"]["c0_pull"].get<double>()), 4);
+  EXPECT_GE(fit["misfit"]["pulls"].size(), 14U);  // of each level
+  EXPECT_GT(fit["parts_percent"]["repeats"], 0);
   EXPECT_TRUE(fit["contact_offset_kPa"]["ci95"].is_array());
   expect_refused({"model", "fit", "7"}, kFailed, "lcrig runs");
 }
@@ -299,6 +309,40 @@ TEST_F(ModelFit, SaysOfARunThatWasChangedThatItWas) {
   const auto fit = json::parse(cli.out.str());
   EXPECT_EQ(fit["intact"], false);
   EXPECT_EQ(fit["simulated"], true);
+}
+
+// At 100 kHz, where noise does not hide the creep of 5 %.
+class ModelFitOfCreep : public ModelFit {
+  std::string meter_text() const override { return "\"frequency_Hz\": 100000,"; }
+  std::string specimen_text() const override {
+    std::string text = ModelFit::specimen_text();
+    const std::string faces = "\"faces\"";
+    return text.replace(text.find(faces), faces.size(),
+                        "\"creep\": { \"fraction\": 0.05, \"time_s\": 10 },\n  \"faces\"");
+  }
+};
+
+TEST_F(ModelFitOfCreep, IsNamedAndTheIntervalHolds) {
+  const auto fit = run_json({"model", "fit", "1"});
+  const auto& mu = fit["shear_modulus_kPa"];
+  EXPECT_LT(mu["ci95"][0], 42);
+  EXPECT_GT(mu["ci95"][1], 42);
+  const auto& c0 = fit["c0_shift_fF"];
+  EXPECT_LT(std::abs(c0["value"].get<double>()), 4 * c0["standard_error"].get<double>());
+  EXPECT_EQ(fit["verdict"], "misfit");
+  ASSERT_FALSE(fit["misfit"]["patterns"].empty());
+  EXPECT_EQ(fit["misfit"]["patterns"][0]["kind"], "creep");
+  ASSERT_EQ(cli.run({"model", "fit", "1"}), kOk) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("verdict         misfit; the intervals include it"),
+                                   HasSubstr("creep: the specimen yields by")));
+}
+
+class ModelFitOfTwoLevels : public ModelFit {
+  ParameterValues parameters() const override { return {{"levels", "2"}, {"repeats", "2"}}; }
+};
+
+TEST_F(ModelFitOfTwoLevels, IsRefusedInWords) {
+  expect_refused({"model", "fit", "1"}, kFailed, "2 different pressures");
 }
 
 // The bench accepts bonded specimens as it is shipped: `auto` finds a level within its tolerance.
