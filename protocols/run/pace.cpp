@@ -11,9 +11,20 @@ namespace {
 // People are shown whole seconds, rounded.
 constexpr double kUnseen_s = 0.5;
 
+// Whether the step makes no progress, for nobody knows how long.
 bool is_waiting(RunState state) {
-  return state == RunState::paused || state == RunState::waiting_for_operator ||
-         state == RunState::waiting_for_instrument;
+  switch (state) {
+    case RunState::preparing:
+    case RunState::running:
+    case RunState::finishing:
+    case RunState::ended: return false;
+    case RunState::stopping:
+    case RunState::holding_force:
+    case RunState::paused:
+    case RunState::waiting_for_operator:
+    case RunState::waiting_for_instrument: break;
+  }
+  return true;
 }
 
 }  // namespace
