@@ -23,7 +23,7 @@ constexpr double kSettled = 0.02;  // share of the change from rest within which
 constexpr std::size_t kMaxHolds = 1000;
 constexpr int kTimeConstants = 60;
 
-struct Stretch {
+struct HoldStretch {
   std::size_t first = 0, last = 0;  // [first, last) of the readings
 };
 
@@ -50,7 +50,7 @@ bool stays(const Scene& scene, const RunReading& from, const RunReading& r, doub
 
 // Cuts the end of a ramp off the front of a hold, because it is no creep: the readings from which
 // the force still changes by more than a twentieth in a second.
-void cut_ramp(const Scene& scene, Stretch& s) {
+void cut_ramp(const Scene& scene, HoldStretch& s) {
   const auto& readings = scene.data.readings;
   const std::size_t half = s.first + (s.last - s.first) / 2;
   while (s.first < half) {
@@ -72,7 +72,7 @@ double trend(const std::vector<LinePoint>& points, double span, double& error) {
 }
 
 // A slow ramp also stays within the band for a while, but its force and travel both keep changing.
-bool is_held(const Scene& scene, const Stretch& s) {
+bool is_held(const Scene& scene, const HoldStretch& s) {
   const auto& readings = scene.data.readings;
   std::vector<LinePoint> force, travel;
   for (std::size_t i = s.first; i < s.last; ++i) {
@@ -89,11 +89,11 @@ bool is_held(const Scene& scene, const Stretch& s) {
   return travel.size() == force.size() && travel_change <= 3 * error + kTravelResolution_m;
 }
 
-std::vector<Stretch> find_stretches(const Scene& scene, const Loading& c) {
-  std::vector<Stretch> out;
+std::vector<HoldStretch> find_stretches(const Scene& scene, const Loading& c) {
+  std::vector<HoldStretch> out;
   const auto& readings = scene.data.readings;
   const double range = travel_range(scene, c);
-  Stretch s{c.first, c.first};
+  HoldStretch s{c.first, c.first};
   const auto close = [&] {
     if (s.last - s.first >= static_cast<std::size_t>(kLeastReadings)) cut_ramp(scene, s);
     if (s.last - s.first < static_cast<std::size_t>(kLeastReadings)) return;
@@ -119,7 +119,7 @@ struct Series {
   std::vector<double> t_s, fF;
 };
 
-Series series_of(const Scene& scene, const Stretch& s, HoldResult& h) {
+Series series_of(const Scene& scene, const HoldStretch& s, HoldResult& h) {
   Series out;
   RunningMean force, head, tail, capacitance;
   const auto& readings = scene.data.readings;
@@ -201,7 +201,7 @@ void fit_settling(const Series& s, double rest_fF, HoldResult& h) {
   h.settling_s = step > band && band > 0 ? tau * std::log(step / band) : 0;
 }
 
-HoldResult result_of(const Scene& scene, const RestedLoading& c, const Stretch& s) {
+HoldResult result_of(const Scene& scene, const RestedLoading& c, const HoldStretch& s) {
   HoldResult h;
   h.cycle = c.number;
   h.first = s.first;
@@ -278,7 +278,7 @@ HoldResults calc_holds(const Scene& scene) {
                         "time until C stays within 2 % of its final change from rest, from one "
                         "exponential through each hold that shows creep; mean over the holds");
   for (const RestedLoading& c : scene.loadings) {
-    for (const Stretch& s : find_stretches(scene, c)) {
+    for (const HoldStretch& s : find_stretches(scene, c)) {
       if (out.holds.size() >= kMaxHolds) {
         ++out.holds_left_out;
       } else {

@@ -217,7 +217,6 @@ Fit summarize(const FitPlaces& places, const Answered& of, const FitShifts& shif
 }
 
 Result<> refuse_if_meaningless(const Fit& fit, double span_F) {
-  const FitValue& mu = fit.shear_modulus_Pa;
   const FitParts& p = fit.parts;
   const double misfit = 2 * std::hypot(p.creep, p.misfit) + p.geometry + p.hysteresis;
   const double left = fit.misfit.law_F / span_F;
