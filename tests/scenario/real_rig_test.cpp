@@ -6,8 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <nlohmann/json.hpp>
 
 #include "daemon/rig/bench_door.hpp"
@@ -368,42 +366,6 @@ TEST(RealRig, SamplesThatComeLateStopAMotion) {
   EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("old when they arrive"));
   EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind='late_samples'"), 1);
-}
-
-Task<> wait_until(VirtualClock& clock, MonoTime t) {
-  co_await clock.wait_until(t);
-}
-
-// This program does not run for a while, as on a computer without a free processor. The waits keep
-// the clock from jumping beyond the end.
-Task<> lag(SessionWorld& world, Duration time) {
-  const MonoTime end = world.clock.now() + 1ms + time;
-  for (MonoTime t = end - time; t <= end; t += 5ms) {
-    asio::co_spawn(world.io, wait_until(world.clock, t), asio::detached);
-  }
-  co_await world.clock.wait_for(1ms);
-  while (world.clock.now() < end && world.clock.advance_to_next()) {
-  }
-}
-
-TEST(RealRig, SamplesThatWaitedInThisComputerAreNotTheFramesFault) {
-  // Shorter than the silence after which the gateway stops by itself.
-  for (const Duration lasts : {110ms, 130ms, 160ms, 190ms, 220ms, 300ms, 450ms, 600ms}) {
-    SCOPED_TRACE(to_seconds(lasts));
-    SessionWorld world(with(kLoad, R"("name": "load",)", R"("name": "load", "on_loss": "abort",)"));
-    for (int i = 0; i < 5; ++i) {
-      world.acts.push_back({"load", 300ms + i * 1237ms, [=](SessionWorld& w) {
-                              asio::co_spawn(w.io, lag(w, lasts), asio::detached);
-                            }});
-    }
-    const auto r = world.run();
-    ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
-    EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind IN ('late_samples', 'loss')"), 0);
-    if (lasts < 220ms) continue;
-    EXPECT_THAT(world.text("SELECT detail FROM event WHERE kind = 'lag'"),
-                HasSubstr("waited in this computer"));
-  }
 }
 
 using nlohmann::json;
