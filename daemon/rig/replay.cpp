@@ -46,7 +46,9 @@ class ReplayInstruments final : public SimulatedInstruments {
     };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
         std::move(pair->far), clock_, lcr6100::SimConfig(), lcr6100::Lcr6100Sim::Recording(play));
-    meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+    auto meter = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+    meter->leave_pace_unjudged();
+    meter_ = std::move(meter);
     start(meter_sim_->run(), meters_);
     return {};
   }

@@ -243,7 +243,7 @@ Task<Result<LcrSettings>> Lcr6100::set_up(MeterState wanted, bool look_first) {
 void Lcr6100::note_duration(Duration d) {
   const bool fast = settings_.aperture == Aperture::fast && settings_.frequency.si() >= kFastFrom;
   const bool slow = to_seconds(d) > kSlowFactor * to_seconds(conversion_);
-  slow_ = fast && slow ? slow_ + 1 : 0;
+  slow_ = judges_pace_ && fast && slow ? slow_ + 1 : 0;
 }
 
 Result<LcrReading> Lcr6100::reading(const Reply& reply, std::string_view command, bool& fresh) {

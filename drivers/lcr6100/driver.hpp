@@ -32,6 +32,9 @@ class Lcr6100 final : public LcrMeter {
   Task<Result<>> resync() override;
   Task<Result<>> make_safe() override;
   void close() override { link_.close(); }
+  // For a recording, which has the pace of the meter that recorded it, whatever the settings are: a
+  // slow one must not be taken for a meter that lost its settings.
+  void leave_pace_unjudged() { judges_pace_ = false; }
 
  private:
   Task<> wake();
@@ -64,6 +67,7 @@ class Lcr6100 final : public LcrMeter {
   std::string last_values_;  // the numbers of the last answer, as sent
   MonoTime last_poll_{};
   MonoTime last_fresh_{};
+  bool judges_pace_ = true;
   int slow_ = 0;  // consecutive readings that took far too long
   MonoTime settled_{};  // when the setting that was sent last has settled
 };
