@@ -96,16 +96,16 @@ void begin_fault(ZwickSimLies& lies, Fault fault) {
   }
 }
 
-struct Cell {
+struct WaitingCell {
   Wait wait;
   Fault fault;
   std::uint64_t draw;
 };
 
-std::vector<Cell> cells() {
+std::vector<WaitingCell> cells() {
   const char* more = std::getenv("LCRIG_WAITS");
   const std::uint64_t draws = more != nullptr ? std::strtoull(more, nullptr, 10) : 2;
-  std::vector<Cell> out;
+  std::vector<WaitingCell> out;
   for (const std::string_view name : kWordsOf<RunState>) {
     for (const Wait wait : scenes_of(parse_word<RunState>(name).value())) {
       for (const Fault fault : kFaults) {
@@ -162,7 +162,7 @@ class KeptRig final : public InstrumentFactory {
   RemoteOperator person_;  // who never comes
 };
 
-class Waiting : public support::DaemonWorld, public testing::WithParamInterface<Cell> {
+class Waiting : public support::DaemonWorld, public testing::WithParamInterface<WaitingCell> {
  protected:
   static constexpr Duration kStep = 5ms;
   static constexpr Duration kAlarm = 3s;  // after the wait was asked for
@@ -361,7 +361,7 @@ class Waiting : public support::DaemonWorld, public testing::WithParamInterface<
   void set_scene();
   void end_scene();
 
-  Cell cell_{};
+  WaitingCell cell_{};
   std::mt19937_64 random_;
   double speed_mm_s_ = 0;
   Duration after_{};

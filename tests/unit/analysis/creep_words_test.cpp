@@ -21,7 +21,7 @@ using testing::Not;
 
 constexpr double kUnloaded_fF = 4000;
 
-struct Drawn {
+struct DrawnHolds {
   double white_fF = 1;
   double creep = 0;  // share of what the load adds, from the first to the last reading
   bool exponential = false;
@@ -29,11 +29,11 @@ struct Drawn {
   int spikes = 0;
 };
 
-Drawn draw_hold(std::mt19937_64& random, bool creeps, bool spiked) {
+DrawnHolds draw_hold(std::mt19937_64& random, bool creeps, bool spiked) {
   const auto even = [&random](double from, double to) {
     return std::uniform_real_distribution<double>(from, to)(random);
   };
-  Drawn d;
+  DrawnHolds d;
   d.white_fF = std::exp(even(std::log(0.05), std::log(3)));
   d.exponential = even(0, 1) < 0.5;
   d.time = std::exp(even(std::log(0.05), std::log(2)));
@@ -43,7 +43,7 @@ Drawn draw_hold(std::mt19937_64& random, bool creeps, bool spiked) {
 }
 
 // From 0 at the first reading of a hold to 1 at its last.
-double creep_shape(const Drawn& d, double t_s, double last_s) {
+double creep_shape(const DrawnHolds& d, double t_s, double last_s) {
   const auto raw = [&](double t) {
     return d.exponential ? 1 - std::exp(-t / (d.time * last_s)) : std::log((t + 0.1) / 0.1);
   };
@@ -51,8 +51,8 @@ double creep_shape(const Drawn& d, double t_s, double last_s) {
 }
 
 // Adds spikes of 12 to 60 standard deviations to readings of holds. Returns their times.
-std::set<double> add_spikes(const Drawn& d, const std::vector<std::size_t>& held, RunData& data,
-                            std::mt19937_64& random) {
+std::set<double> add_spikes(const DrawnHolds& d, const std::vector<std::size_t>& held,
+                            RunData& data, std::mt19937_64& random) {
   std::set<double> out;
   std::uniform_real_distribution<double> size(12, 60);
   for (int k = 0; k < d.spikes; ++k) {
@@ -70,7 +70,7 @@ struct Made {
 };
 
 // Three repeats of seven levels of 24 readings.
-Made held_levels(const Drawn& d, std::mt19937_64& random) {
+Made held_levels(const DrawnHolds& d, std::mt19937_64& random) {
   Disturbed quiet;
   quiet.white = d.white_fF;
   Made out;
@@ -92,7 +92,7 @@ Made held_levels(const Drawn& d, std::mt19937_64& random) {
 }
 
 // Three loadings that are held while the meter records, without levels.
-Made held_loads(const Drawn& d, std::mt19937_64& random) {
+Made held_loads(const DrawnHolds& d, std::mt19937_64& random) {
   constexpr double kReading_s = 0.14, kPeak_N = 0.84;
   Made out;
   RunData& data = out.data;
@@ -145,14 +145,14 @@ struct Words {
   int wrong_sizes = 0;  // of a visible creep, by more than a fifth
 };
 
-using Make = Made (*)(const Drawn&, std::mt19937_64&);
+using Make = Made (*)(const DrawnHolds&, std::mt19937_64&);
 
 bool names_creep(const RunAnalysis& a) {
   return std::ranges::any_of(
       a.notes, [](const std::string& note) { return note.starts_with("creep or relaxation"); });
 }
 
-void judge_words(const Drawn& d, const Made& made, Words& out) {
+void judge_words(const DrawnHolds& d, const Made& made, Words& out) {
   const RunAnalysis a = analyse(made.data).value();
   std::set<double> named;
   for (const Outlier& o : a.outliers) named.insert(o.t_s);
@@ -176,7 +176,7 @@ Words words_of(Make make, bool creeps, bool spiked) {
   Words out;
   for (int i = 0; i < kRuns; ++i) {
     std::mt19937_64 random(static_cast<std::uint64_t>(i) + 5000);
-    const Drawn d = draw_hold(random, creeps, spiked);
+    const DrawnHolds d = draw_hold(random, creeps, spiked);
     judge_words(d, make(d, random), out);
   }
   std::printf(

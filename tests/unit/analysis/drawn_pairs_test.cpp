@@ -19,7 +19,7 @@ constexpr int kPairs = 500;
 // which for 4 pF (398 kohm) is 1.7 fF.
 constexpr double kCell = 0.01, kProbe = 2 * 0.02 / 4, kMeter = 5e-4, kOffset_fF = 1.7;
 
-struct Drawn {
+struct PairOfWorlds {
   ComparedSpecimen a, b;
   ComparedRig rig_a, rig_b;
   ComparedProtocol p_a, p_b;
@@ -32,8 +32,8 @@ class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
 
-  Drawn pair() {
-    Drawn d;
+  PairOfWorlds pair() {
+    PairOfWorlds d;
     draw_specimens(d);
     draw_rigs(d);
     draw_protocols(d);
@@ -48,7 +48,7 @@ class Draw {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
 
-  void draw_specimens(Drawn& d) {
+  void draw_specimens(PairOfWorlds& d) {
     d.a = {between(3000, 5000), between(300, 900), between(40, 120), 0};
     d.b = chance(0.3)
               ? d.a
@@ -73,7 +73,7 @@ class Draw {
     return false;
   }
 
-  void draw_rigs(Drawn& d) {
+  void draw_rigs(PairOfWorlds& d) {
     draw_rig(d.rig_a);
     draw_rig(d.rig_b);
     d.same_cell = draw_same(d.rig_b.cell);
@@ -94,7 +94,7 @@ class Draw {
     d.rig_b.meter_offset_fF = d.rig_a.meter_offset_fF;
   }
 
-  void draw_protocols(Drawn& d) {
+  void draw_protocols(PairOfWorlds& d) {
     d.p_a.ramps = d.p_b.ramps = chance(0.25);
     static const std::vector<std::vector<double>> kLevels{
         {10, 20, 30, 40, 50, 60}, {5, 10, 20, 30, 45, 60}, {10, 20, 30, 60}, {7.5, 15, 30, 60}};
@@ -106,7 +106,7 @@ class Draw {
     if (chance(0.4)) d.p_b.settle = 10 + static_cast<int>(random_() % 60);
   }
 
-  void draw_unlike(Drawn& d) {
+  void draw_unlike(PairOfWorlds& d) {
     switch (random_() % 8) {
       case 0:
         d.p_b.frequency_Hz = 50e3;
@@ -165,7 +165,7 @@ double slope(const ComparedSpecimen& s, const ComparedProtocol& at,
 }
 
 // The pressures of a range that both runs have; of ramps a fine grid over what both cover.
-std::vector<double> common_pressures(const Drawn& d, double from, double to) {
+std::vector<double> common_pressures(const PairOfWorlds& d, double from, double to) {
   std::vector<double> out;
   if (d.p_a.ramps) {
     const double peak = std::min(d.p_a.kPa.back(), d.p_b.kPa.back());
@@ -183,7 +183,7 @@ std::vector<double> common_pressures(const Drawn& d, double from, double to) {
 }
 
 // The truth at the times of run A. Nullopt: the two cannot be compared.
-std::optional<double> true_ratio(const Drawn& d, const std::string& quantity) {
+std::optional<double> true_ratio(const PairOfWorlds& d, const std::string& quantity) {
   if (!d.like_settings) return std::nullopt;
   if (quantity == "C0") {
     return d.like_correction ? std::optional(d.b.c0_fF / d.a.c0_fF) : std::nullopt;
@@ -206,7 +206,7 @@ struct Count {
 };
 
 // Smallest relative standard error that the errors which the pair does not share leave.
-double least_error(const Drawn& d, const std::string& quantity) {
+double least_error(const PairOfWorlds& d, const std::string& quantity) {
   if (quantity == "dynamic range") return 0;  // depends on the bend of the curves
   if (quantity == "C0") return d.same_meter ? 0 : std::sqrt(2.0 / 3) * kMeter;
   const double cell = d.same_cell ? 0 : kCell, probe = d.same_probe ? 0 : kProbe;
@@ -214,7 +214,7 @@ double least_error(const Drawn& d, const std::string& quantity) {
   return std::sqrt(2.0 / 3 * (cell * cell + probe * probe + meter * meter));
 }
 
-void judge(const Drawn& d, const Comparison& c, std::map<std::string, Count>& counts) {
+void judge(const PairOfWorlds& d, const Comparison& c, std::map<std::string, Count>& counts) {
   const auto truth = true_ratio(d, c.quantity);
   Count& count = counts[c.quantity];
   if (!truth) {
@@ -240,7 +240,7 @@ TEST(DrawnPairs, IntervalsHoldTheTruthAndUnlikePairsAreRefused) {
   std::map<std::string, Count> counts;
   for (std::uint64_t seed = 0; seed < kPairs; ++seed) {
     SCOPED_TRACE(seed);
-    const Drawn d = Draw(7700 + seed).pair();
+    const PairOfWorlds d = Draw(7700 + seed).pair();
     const ComparedRun one(1, "a", d.a, d.rig_a, d.p_a, 2 * seed);
     const ComparedRun two(2, "b", d.b, d.rig_b, d.p_b, 2 * seed + 1);
     const RunAnalysis runs[] = {analyse(one.data).value(), analyse(two.data).value()};

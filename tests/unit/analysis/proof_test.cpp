@@ -30,7 +30,7 @@ constexpr double kC0_F = 3.65e-12, kPerKPa_F = 6e-15;
 // A meter that lost its settings. Any of these among the results would be seen.
 constexpr double kWrong_F = 9e-12;
 
-struct Drawn {
+struct DrawnReading {
   std::int64_t asked_ns = 0;
   int level = 0;  // 0: none
   bool unproven = false;
@@ -48,9 +48,9 @@ class DrawnRun {
   }
 
   SyntheticRun run;
-  std::vector<Drawn> readings;
+  std::vector<DrawnReading> readings;
   std::int64_t count(bool unproven, bool of_levels = false) const {
-    return std::ranges::count_if(readings, [=](const Drawn& r) {
+    return std::ranges::count_if(readings, [=](const DrawnReading& r) {
       return r.unproven == unproven && (!of_levels || r.level > 0);
     });
   }
@@ -75,14 +75,14 @@ class DrawnRun {
     if (below(2) == 0) tail_ = size() - below(size() / 3);
     for (std::int64_t k = tail_.value_or(size()); k < size(); ++k) at(k).unproven = true;
   }
-  Drawn& at(std::int64_t i) { return readings[static_cast<std::size_t>(i)]; }
+  DrawnReading& at(std::int64_t i) { return readings[static_cast<std::size_t>(i)]; }
 
   void record() {
     std::normal_distribution<double> noise(0, 10e-15);
     run.begin();
     std::int64_t i = 0;
     const auto take = [&](double kPa, int level) {
-      Drawn& r = at(i++);
+      DrawnReading& r = at(i++);
       r.asked_ns = 1'000'000'000 + std::llround(run.t_s * 1e9);
       r.level = level;
       const double right_F = kC0_F + kPerKPa_F * kPa + noise(random_);
@@ -197,7 +197,7 @@ std::map<std::int64_t, std::string> exported_flags(const std::string& path) {
   return out;
 }
 
-std::string expected_flag(const Drawn& r) {
+std::string expected_flag(const DrawnReading& r) {
   return r.unproven ? "unproven" : "";
 }
 
@@ -237,7 +237,7 @@ void expect_exports_say_it(const DrawnRun& drawn) {
   const json& proof = package["lcrig"]["proof"];
   EXPECT_EQ(proof["known"], true);
   // The spans that it states hold the unproven readings, and no other.
-  for (const Drawn& r : drawn.readings) {
+  for (const DrawnReading& r : drawn.readings) {
     const double asked_s = static_cast<double>(r.asked_ns - 1'000'000'000) * 1e-9;
     const bool inside = std::ranges::any_of(proof["unproven"], [asked_s](const json& span) {
       constexpr double kRounding_s = 1e-10;
@@ -266,7 +266,7 @@ void expect_results_without_them(const DrawnRun& drawn) {
   }
   for (const LevelResult& l : analysis->levels) {
     const auto proven = std::ranges::count_if(
-        drawn.readings, [&l](const Drawn& r) { return r.level == l.level && !r.unproven; });
+        drawn.readings, [&l](const DrawnReading& r) { return r.level == l.level && !r.unproven; });
     EXPECT_EQ(l.readings, proven) << "level " << l.level;
     EXPECT_NEAR(l.mean_pF, (kC0_F + kPerKPa_F * 20 * l.level) * 1e12, 0.05);
   }
