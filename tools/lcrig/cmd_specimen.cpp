@@ -92,6 +92,7 @@ class SpecimenAddCommand final : public Command {
     auto added = db->daemon_writes ? through_daemon(context, brought->text)
                                    : into(db->path, *brought, context.clock);
     if (!added) return added.error();
+    brought->specimen.name = *added;
     return show(context, to_json(*brought), [&](std::ostream& out) {
       print_brought(out, "stored", *brought);
       context.console.next(pressing(context, *db, brought->specimen.name));
@@ -115,16 +116,17 @@ class SpecimenAddCommand final : public Command {
                                 "if that is what was meant; else correct the file"));
   }
 
-  Outcome<void> through_daemon(Context& context, const std::string& text) const {
+  // The name under which it is stored.
+  Outcome<std::string> through_daemon(Context& context, const std::string& text) const {
     json params{{"text", text}};
     if (as_stated_) params["as_stated"] = true;  // an older daemon does not know it
     auto answer = call_daemon(context, "specimen.add", std::move(params));
     if (!answer) return answer.error();
-    return {};
+    return answer->is_object() ? answer->value("name", "") : std::string();
   }
 
-  static Outcome<void> into(const std::string& db_path, const Brought& brought,
-                            const Clock& clock) {
+  static Outcome<std::string> into(const std::string& db_path, const Brought& brought,
+                                   const Clock& clock) {
     const std::filesystem::path path(db_path);
     std::error_code ignored;
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
@@ -132,7 +134,7 @@ class SpecimenAddCommand final : public Command {
     if (!db) return Failure(db.error(), "give another --db");
     auto stored = lcrig::add_specimen(*db, brought.specimen.name, brought.text, clock.unix_ns());
     if (!stored) return Failure(stored.error());
-    return {};
+    return stored->name;
   }
 
   std::string file_;
