@@ -29,7 +29,9 @@ class IdleHandler final : public ControlHandler,
     start = std::move(request);
     co_return RunStarted();
   }
-  Task<Result<>> pause(PeerCredentials) override { co_return Result<>(); }
+  Task<Result<StopAnswer>> pause(PeerCredentials) override {
+    co_return StopAnswer(StopState::standing, "");
+  }
   Task<Result<StopAnswer>> pause_at(StopPlace, PeerCredentials) override {
     co_return StopAnswer(StopState::standing, "");
   }

@@ -115,7 +115,7 @@ TEST_F(QueueWords, AMeterThatIsCorrectedIsNamed) {
 TEST_F(QueueWords, WhoWatchesIsToldOfEachChange) {
   on_server([this] {
     handler.state.queue = waiting(QueueGate::time);
-    spawn(io.get_executor(), [](QueueWords& t) -> Task<> {
+    spawn(io.get_executor(), [](auto& t) -> Task<> {
       while (!t.server.watched()) co_await t.clock.wait_for(1ms);
       t.server.publish_queue(waiting(QueueGate::specimen));
       t.server.publish_queue(waiting(QueueGate::specimen));
