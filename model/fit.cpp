@@ -70,7 +70,7 @@ Result<int> descend(const FitPlaces& places, FitPlace& at) {
 
 struct Widths {
   MatrixXd of_repeats, of_others, of_c0;
-  double freedom = 1, freedom_of_others = 1;
+  double freedom = 1, freedom_of_c0 = 1, freedom_of_misfit = 2;
 };
 
 // What each repeat contributes; the repeats are a sample. With one repeat: the noise of its points.
@@ -129,12 +129,21 @@ Result<Answered> settle(FitPlaces& places, const ScaleGrid& grid, FitPlace at) {
   return out;
 }
 
+// Of the parts that all repeats share, C0 and misfit have few degrees of freedom.
+double freedom_of_others(const Widths& w, Eigen::Index k) {
+  const double c0 = w.of_c0(k, k), rest = std::max(0.0, w.of_others(k, k) - c0);
+  if (!(c0 + rest > 0)) return 1e6;
+  const double welch =
+      (c0 + rest) * (c0 + rest) / (c0 * c0 / w.freedom_of_c0 + rest * rest / w.freedom_of_misfit);
+  return std::clamp(welch, 1.0, 1e6);
+}
+
 // `unit`: the change of the value for a unit of the parameter.
 FitValue value_of(double value, Eigen::Index k, double unit, const Widths& w,
                   const VectorXd& per_model_error, const std::vector<VectorXd>& shifts) {
   const double between = std::max(0.0, w.of_repeats(k, k));
   const double others = std::max(0.0, w.of_others(k, k));
-  const double half = half_width(between, w.freedom, others, w.freedom_of_others);
+  const double half = half_width(between, w.freedom, others, freedom_of_others(w, k));
   double low = 0, high = 0;
   for (const VectorXd& shift : shifts) {
     low = std::min(low, shift(k));
@@ -150,16 +159,6 @@ double largest(const std::vector<VectorXd>& shifts, Eigen::Index k) {
   return out;
 }
 
-// Of the parts that all repeats share, C0 and misfit have few degrees of freedom.
-double freedom_of_others(const MatrixXd& of_c0, const MatrixXd& of_others, double of_c0_freedom,
-                         double levels) {
-  const double c0 = of_c0(0, 0), rest = std::max(0.0, of_others(0, 0) - c0);
-  if (!(c0 + rest > 0)) return 1e6;
-  const double few = std::max(2.0, levels - 3);
-  const double welch = (c0 + rest) * (c0 + rest) / (c0 * c0 / of_c0_freedom + rest * rest / few);
-  return std::clamp(welch, 1.0, 1e6);
-}
-
 Widths widths_of(const FitPlaces& places, const Answered& of) {
   Widths w;
   const Eigen::Index m = of.answer.parameters.size(), n = places.cells().size();
@@ -172,9 +171,8 @@ Widths widths_of(const FitPlaces& places, const Answered& of) {
   const MatrixXd drift =
       of.answer.influence * places.shared_known() * of.answer.influence.transpose();
   w.of_others = w.of_c0 + drift + of.answer.of_creep + of.answer.of_misfit + of.answer.of_scales;
-  w.freedom_of_others =
-      freedom_of_others(w.of_c0, w.of_others, std::max(1.0, places.data().c0.degrees_of_freedom),
-                        places.different_pressures());
+  w.freedom_of_c0 = std::max(1.0, places.data().c0.degrees_of_freedom);
+  w.freedom_of_misfit = std::max(2.0, places.different_pressures() - 3.0);
   return w;
 }
 

@@ -76,7 +76,7 @@ TEST(FitShared, TheErrorOfC0StaysWhereRepeatsAreAlike) {
   const auto few =
       fit_response(paper_1(), {}, FitData(shifted_run(0, 1), C0Error(known_F, 2))).value();
   EXPECT_NEAR((few.c0_shift_F.ci95_high - few.c0_shift_F.ci95_low) / 2 / c0.standard_error, 4.303,
-              0.01);
+              0.05);  // a little of it is the allowance for misfit
 }
 
 TEST(FitShared, AModelThatIsWrongMovesTheModulusByAboutAsMuch) {
