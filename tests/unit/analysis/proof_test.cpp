@@ -26,7 +26,7 @@ using nlohmann::json;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-constexpr double kC0_F = 3.65e-12, kPerKPa_F = 6e-15;
+constexpr double kUnloaded_F = 3.65e-12, kPerKPa_F = 6e-15;
 // A meter that lost its settings. Any of these among the results would be seen.
 constexpr double kWrong_F = 9e-12;
 
@@ -85,7 +85,7 @@ class DrawnRun {
       DrawnReading& r = at(i++);
       r.asked_ns = 1'000'000'000 + std::llround(run.t_s * 1e9);
       r.level = level;
-      const double right_F = kC0_F + kPerKPa_F * kPa + noise(random_);
+      const double right_F = kUnloaded_F + kPerKPa_F * kPa + noise(random_);
       run.reading(r.unproven ? kWrong_F : right_F, kPa * 1e3 * SyntheticRun::area_m2());
     };
     for (int k = 0; k < baseline_; ++k) take(0, 0);
@@ -262,13 +262,13 @@ void expect_results_without_them(const DrawnRun& drawn) {
   EXPECT_EQ(all["unproven_readings"], drawn.count(true));
   EXPECT_EQ(all["proof_known"], true);
   if (analysis->c0) {
-    EXPECT_NEAR(analysis->c0.value(), kC0_F * 1e12, 0.05);
+    EXPECT_NEAR(analysis->c0.value(), kUnloaded_F * 1e12, 0.05);
   }
   for (const LevelResult& l : analysis->levels) {
     const auto proven = std::ranges::count_if(
         drawn.readings, [&l](const DrawnReading& r) { return r.level == l.level && !r.unproven; });
     EXPECT_EQ(l.readings, proven) << "level " << l.level;
-    EXPECT_NEAR(l.mean_pF, (kC0_F + kPerKPa_F * 20 * l.level) * 1e12, 0.05);
+    EXPECT_NEAR(l.mean_pF, (kUnloaded_F + kPerKPa_F * 20 * l.level) * 1e12, 0.05);
   }
   const auto said = fmt::format("{} readings are not proven", drawn.count(true));
   if (drawn.count(true) > 0) {
@@ -283,7 +283,7 @@ void expect_counts_without_them(const DrawnRun& drawn) {
   EXPECT_EQ(summary->unproven_readings, drawn.count(true));
   EXPECT_EQ(summary->measure_readings, drawn.count(false, true));
   if (summary->c0_F) {
-    EXPECT_NEAR(*summary->c0_F * 1e12, kC0_F * 1e12, 0.05);
+    EXPECT_NEAR(*summary->c0_F * 1e12, kUnloaded_F * 1e12, 0.05);
   }
   EXPECT_EQ(count_unproven(drawn.run.db(), drawn.run.run()), drawn.count(true));
   const auto listed = list_runs(drawn.run.db());

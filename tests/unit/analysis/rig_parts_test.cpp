@@ -222,9 +222,9 @@ TEST(RigParts, WhatIsNotKnownIsNamedAndHasNoNumber) {
               Not(Contains("open correction")));
   EXPECT_THAT(a.notes, Contains(HasSubstr("open correction was off")));
   EXPECT_THAT(to_text(a), HasSubstr("not included: open correction: off"));
-  const auto json = to_json(c0);
-  EXPECT_THAT(json["not_included"].get<std::vector<std::string>>(), Contains("open correction"));
-  for (const auto& part : json["parts"]) {
+  const auto object = to_json(c0);
+  EXPECT_THAT(object["not_included"].get<std::vector<std::string>>(), Contains("open correction"));
+  for (const auto& part : object["parts"]) {
     EXPECT_EQ(part["standard_uncertainty"].is_null(), !part["included"].get<bool>());
   }
 }
