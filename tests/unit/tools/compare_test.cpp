@@ -104,7 +104,9 @@ TEST_F(CompareRuns, ARunOfAnOldSchemaSharesNothing) {
   std::filesystem::permissions(old, std::filesystem::perms::owner_write,
                                std::filesystem::perm_options::add);
   cli.run({"--db", old, "compare", "1", "1", "--json"});
-  for (const json& c : json::parse(cli.out.str())["comparisons"]) {
+  const json comparisons = json::parse(cli.out.str())["comparisons"];
+  EXPECT_FALSE(comparisons.empty());
+  for (const json& c : comparisons) {
     EXPECT_TRUE(c["shared"].empty()) << c;
   }
 }
