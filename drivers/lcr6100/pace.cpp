@@ -9,6 +9,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::int64_t kAnchorEdges = 256;
+// The newest edge replaces an anchor this many times less certain: it gives the longest period
+// sooner.
+constexpr int kCoarser = 4;
+constexpr int kUnverified = 3;  // new values in a row, after which an old one is asked for
 
 Duration scaled(Duration d, double factor) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(d.count()) * factor));
@@ -33,7 +37,9 @@ MonoTime Pace::next_poll(MonoTime now) const {
   const MonoTime begin = std::max(lo_ + period_min_ - kJitter, stale_at_);
   const MonoTime end = hi_ + period_max_ + kJitter;
   MonoTime t = end;
-  if (begin >= end) {  // overdue: two equal values, or a slower meter
+  if (unverified_ >= kUnverified && begin < end && begin > stale_at_) {
+    t = begin;  // an old value there shows that the window is right
+  } else if (begin >= end) {  // overdue: two equal values, or a slower meter
     t = stale_at_ + (stale_at_ < end + nominal_ / 4 ? kStep : std::max(kStep, nominal_ / 8));
   } else if (end - begin > 2 * kStep) {
     t = begin + kStep;
@@ -71,7 +77,7 @@ void Pace::narrow_period(std::int64_t steps) {
     const double middle = static_cast<double>(period().count());
     const double ratio = middle / static_cast<double>(nominal_.count());
     widen_period(0.95 * ratio, 1.05 * ratio);
-  } else if (since_anchor_ < kAnchorEdges) {
+  } else if (since_anchor_ < kAnchorEdges && anchor_hi_ - anchor_lo_ <= kCoarser * (hi_ - lo_)) {
     return;
   }
   period_min_ = scaled(period_min_, 0.9998);
@@ -100,12 +106,12 @@ void Pace::fresh(MonoTime asked, MonoTime answered) {
   }
   if (steps > 0 && maybe_more) return lose_phase(asked, answered);
   steps = std::max<std::int64_t>(1, steps);
-  unverified_ = stale_at_ > window_begin || answered >= window_end ? 0 : unverified_ + 1;
+  unverified_ = stale_at_ >= window_begin || answered >= window_end ? 0 : unverified_ + 1;
   const MonoTime earliest = lo_ + steps * period_min_ - kJitter;
   const MonoTime latest = hi_ + steps * period_max_ + kJitter;
   lo_ = std::max(earliest, stale_at_);
   hi_ = std::min(latest, answered);
-  if (unverified_ > 3 || lo_ > hi_) {
+  if (unverified_ > kUnverified || lo_ > hi_) {
     unverified_ = 0;
     widen_period(0.4, 1.6);
     return lose_phase(asked, answered);

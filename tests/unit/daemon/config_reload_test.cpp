@@ -178,10 +178,11 @@ TEST_F(Reload, KnowsEveryKeyOfTheFile) {
     "log_level": "warn", "metrics_file": "/m", "wire_log_directory": "/w",
     "meter": {"driver": "lcr6100", "port": "serial:2184:0060", "serial_number": "7"},
     "frame": {"driver": "zwick", "port": "tcp://192.0.2.1:1", "stiffness_N_mm": 1,
-              "start_gap_mm": 1, "force_class": 2,
+              "start_gap_mm": 1, "force_class": 2, "cell_serial": "X1",
               "force_loop": {"approach_mm_s": 1, "contact_N": 1, "rate_max_N_s": 1, "lag_s": 1,
                              "ripple_N": 1, "stiffness_max_N_mm": 1}},
-    "fixture": {"probe_diameter_mm": 5, "local_gravity_m_s2": 9.81, "stray_limit_fF": 300}})");
+    "fixture": {"probe_diameter_mm": 5, "probe_serial": "P1", "probe_name": "steel",
+                "local_gravity_m_s2": 9.81, "stray_limit_fF": 300}})");
   const auto config = config_of(file_);
   std::vector<std::string> given = config.given, known;
   std::erase(given, "format");
