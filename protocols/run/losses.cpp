@@ -167,11 +167,13 @@ Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
 Task<std::optional<InterruptRequest>> Losses::wait_for_return(Duration patience) {
   const MonoTime limit = run_.setup.clock.now() + patience;
   std::optional<InterruptRequest> stop;
+  std::optional<Error> useless;
   for (bool there = false; !there && !stop;) {
-    auto r = co_await either(come_back(), run_.interrupts.wait(limit));
+    auto r = co_await either(come_back(useless), run_.interrupts.wait(limit));
     const bool interrupted = r.index() == 1 && !run_.interrupts.empty();
     if (r.index() == 0) {
-      there = run_.interrupts.empty();  // else bring_back gave up
+      there = !useless;
+      if (useless) co_return InterruptRequest(Interrupt::fault, std::move(*useless));
     } else if (interrupted) {
       InterruptRequest request = run_.interrupts.take();
       if (request.kind == Interrupt::pause) pause_wanted_ = true;
@@ -207,9 +209,10 @@ Task<ProgressKeeper::Shown> Losses::show_waiting() {
   co_return co_await run_.wait_as(RunState::waiting_for_instrument);
 }
 
-// Returns when both instruments are back and the frame stands.
-Task<> Losses::come_back() {
-  auto back = bring_back();
+// Returns when both instruments are back and the frame stands, or, in `finally`, why waiting is
+// useless.
+Task<> Losses::come_back(std::optional<Error>& useless) {
+  auto back = bring_back(useless);
   auto standing = stand_by();
   co_await both(std::move(back), std::move(standing));
 }
@@ -222,15 +225,19 @@ Task<> Losses::stand_by() {
   while (is_away()) co_await run_.setup.clock.wait_for(kPause);
 }
 
-// Returns when both instruments are back. When waiting is useless, it requests the end of the run.
-Task<> Losses::bring_back() {
+// Returns when both instruments are back. When waiting is useless, it requests the end of the run,
+// or says so where `finally` runs already: there a request would not be taken.
+Task<> Losses::bring_back(std::optional<Error>& useless) {
   for (;;) {
     Result<> tried;
     if (frame_) tried = co_await try_frame();
     if (tried && meter_) tried = co_await try_meter();
     if (!tried) {
       if (!run_.drive.hands_off()) run_.event(EventKind::fault, tried.error().what);
-      run_.interrupts.push(InterruptRequest(Interrupt::fault, tried.error()));
+      useless = tried.error();
+      if (!run_.interrupts.finishing()) {
+        run_.interrupts.push(InterruptRequest(Interrupt::fault, tried.error()));
+      }
       co_return;
     }
     if (!is_away()) co_return;

@@ -62,8 +62,8 @@ class Losses {
   bool keeps_vanishing();
   std::optional<InterruptRequest> give_up();
   Task<std::optional<InterruptRequest>> wait_for_return(Duration patience);
-  Task<> come_back();
-  Task<> bring_back();
+  Task<> come_back(std::optional<Error>& useless);
+  Task<> bring_back(std::optional<Error>& useless);
   Task<> stand_by();
   Task<ProgressKeeper::Shown> show_waiting();
   InterruptRequest gave_up(Duration patience) const;

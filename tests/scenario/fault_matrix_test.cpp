@@ -25,7 +25,7 @@ constexpr double kLimit_N = 1.0;
 constexpr double kPressing_m_s = 0.05e-3;  // the highest speed of pressing
 
 std::string head(const std::string& trigger, const std::string& rate_Hz) {
-  return R"({ "format": "load-protocol/1", "name": "matrix", "on_loss": "wait", "on_loss_timeout_s": 5,
+  return R"({ "format": "load-protocol/1", "name": "matrix", "on_loss": "wait", "on_loss_timeout_s": 7,
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast",
       "trigger": ")" +
