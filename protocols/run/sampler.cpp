@@ -179,7 +179,12 @@ Task<Result<>> Sampler::compare_surely() {
 }
 
 Task<Result<>> Sampler::prove() {
-  co_await acquire();
+  const Duration longest = 5s + 4 * lcr_.capabilities().conversion_time(state_.settings);
+  auto r = co_await either(meter_.async_receive(kAsResult), clock_.wait_for(longest));
+  if (r.index() == 1) {
+    co_return fail(Errc::busy,
+                   "the meter's settings were not read back: it is busy with another exchange");
+  }
   const Lock lock(*this, true);
   co_return co_await compare();
 }
