@@ -199,6 +199,7 @@ Task<Result<StopAnswer>> RunSteering::ask_at(PlannedStops::Kind kind, StopPlace 
   }
   if (!live) co_return fail(live.error());
   Run& run = **live;
+  if (run.is_ending() && run.is_frozen()) co_return tl::unexpected(end_of(run));
   if (run.is_ending()) {
     co_return StopAnswer(StopState::finally,
                          "the run is ending already: `finally` runs, or is about to");

@@ -57,9 +57,10 @@ InterruptQueue::Taken InterruptQueue::ask(InterruptRequest request) {
   const bool stops = is_stop(request);
   // A second abort must not end `finally`, because it unloads the specimen.
   const bool asks = request.kind == Interrupt::pause || request.kind == Interrupt::abort;
-  if (finishing_ && asks) return Taken::finally_goes_on;
+  if (finishing_ && asks) return frozen_ ? Taken::acts : Taken::finally_goes_on;
   if (stops && request.kind != Interrupt::freeze && stop_pending_) return Taken::acts;
   stop_pending_ = stop_pending_ || stops;
+  frozen_ = frozen_ || request.kind == Interrupt::freeze;
   // The event of a limit contains the sample and was written with it.
   if (request.kind != Interrupt::limit) log_.event(event_of(request.kind), request.why);
   push(std::move(request));

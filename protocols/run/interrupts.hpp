@@ -72,6 +72,7 @@ class InterruptQueue {
   std::optional<InterruptRequest> begin_finish(std::optional<InterruptRequest> stop);
   void expect_no_stop() { stop_pending_ = false; }  // call after `finally`
   bool finishing() const { return finishing_; }
+  bool frozen() const { return frozen_; }
   void close() { over_ = true; }  // nothing can be asked for any more
   bool over() const { return over_; }
 
@@ -92,6 +93,7 @@ class InterruptQueue {
   std::deque<InterruptRequest> pending_;
   WakeChannel wake_, resumes_;
   bool stop_pending_ = false, finishing_ = false, over_ = false;
+  bool frozen_ = false;  // a freeze was asked for: `finally` does not move
   std::uint64_t ticks_ = 0;
   std::optional<MonoTime> due_;  // of the next tick; none: nobody waits
   MonoTime lagged_{};  // when the last lag was seen

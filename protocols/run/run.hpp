@@ -31,6 +31,8 @@ class Run final : private LoadFrame::Listener {
   using Taken = InterruptQueue::Taken;
   Taken interrupt(InterruptRequest request) { return parts_.interrupts.ask(std::move(request)); }
   // Its steps are over, or a stop is about to end them.
+  // A person froze it: it ends, and nothing moves.
+  bool is_frozen() const { return parts_.interrupts.frozen(); }
   bool is_ending() const {
     return parts_.interrupts.finishing() || parts_.interrupts.stop_pending();
   }

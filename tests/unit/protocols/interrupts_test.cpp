@@ -27,6 +27,16 @@ TEST_F(Interrupts, AreTakenInTheOrderInWhichTheyCame) {
   EXPECT_THAT(sink.kinds(), ElementsAre("pause", "abort"));
 }
 
+// Nothing moves then, so the answer must not be that `finally` unloads.
+TEST_F(Interrupts, AfterAFreezeNoStopIsAnsweredWithFinally) {
+  queue().ask(request(Interrupt::freeze));
+  queue().begin_finish(queue().take());
+  EXPECT_TRUE(queue().frozen());
+  EXPECT_EQ(queue().ask(request(Interrupt::abort)), Taken::acts);
+  EXPECT_EQ(queue().ask(request(Interrupt::pause)), Taken::acts);
+  EXPECT_TRUE(queue().empty());
+}
+
 TEST_F(Interrupts, OfOneKindWaitOnce) {
   for (int i = 0; i < 1000; ++i) queue().ask(request(Interrupt::pause));
   queue().take();
