@@ -103,6 +103,8 @@ def compare_run(connection, export):
     exported["parameters_json"] = package["parameters"]
     exported["started_utc"] = package["started"]
     exported["made_utc"] = package["made"]
+    for name in ("cell_serial", "probe_serial", "probe_name"):
+        exported[name] = package["frame_capabilities"].get(name)
     exported["duration_s"] = seconds(package["ended"]) - seconds(package["started"])
     if run.keys() != exported.keys():
         sys.exit(f"v_run has other columns than this test knows: {run.keys() ^ exported.keys()}")
