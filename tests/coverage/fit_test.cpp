@@ -74,7 +74,9 @@ TEST(FitCoverage, HoldsWhereSpecimensCreepAndHaveHysteresisAndAnotherThickness) 
     EXPECT_GE(t.held, limit(t.answered, kLeast, kChance)) << world.name << " of " << t.answered;
     EXPECT_LE(t.refused, limit(draws(), kMostRefused, 1 - kChance)) << world.name;
     // An interval that always holds because it is wide tells nothing.
-    if (world.exact) EXPECT_LT(t.half / t.answered, 0.1) << world.name;
+    if (world.exact) {
+      EXPECT_LT(t.half / t.answered, 0.1) << world.name;
+    }
     sum.add(t);
   }
   EXPECT_GE(sum.held, limit(sum.answered, kLeast, kChance)) << "of " << sum.answered;

@@ -170,6 +170,7 @@ class RigInstruments final : public Instruments, private BenchDoor {
   }
   std::string meter_identity() const override { return meter_sim_->identity(); }
   void power_meter(const std::string& identity) override { meter_sim_->power_on(identity); }
+  void turn_meter(PanelKey key, const std::string& to) override { meter_sim_->turn(key, to); }
   void say_unasked(std::string text) override {
     if (meter_plugged_) start(meter_sim_->speak(std::move(text)), meters_);
   }
