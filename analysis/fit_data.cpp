@@ -68,7 +68,8 @@ void cut_levels(const RunView& view, const RunAnalysis& a, CellNames& names, Sho
       if (r.level == l.level && r.index > 0 && view.uses(r)) readings.push_back(i);
     }
     std::string what = std::to_string(key_of(l).what);
-    what += "/" + std::to_string(++visits[{l.repeat, what}]);
+    const int visit = ++visits[{l.repeat, what}];
+    what.append("/").append(std::to_string(visit));  // `+` makes g++ 12 warn of overlapping copies
     cut_pieces(readings, what, l.repeat, l.pressure_kPa * 1e3 * *view.data.area_m2, names,
                out.pieces);
   }
