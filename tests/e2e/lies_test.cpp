@@ -253,7 +253,10 @@ TEST_F(Lies, APauseThatTheGatewayIgnoresIsNotCalledOne) {
     words.insert(words.end(), {"--socket", file("control.sock")});
     return lcrig(words);
   };
-  begin({}, protocol("0.005"));
+  // Soft, so that the motion outlasts the test: at its target it stands, and "paused" is true.
+  auto soft = kForeign;
+  soft.insert(soft.end(), {"stiffness_N_mm=20", "stiffness_most_N_mm=25"});
+  begin({}, protocol("0.003"), soft, 30);
   await_load(0.1);
   lie("stop_ignored");
   const RealClock clock;
