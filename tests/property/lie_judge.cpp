@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/property/contradiction.hpp"
 #include "tests/property/own_bounds.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr auto kTogether = std::chrono::milliseconds(2);  // two lines sent together
 constexpr auto kStopping = std::chrono::seconds(1);
+constexpr double kStands_m = 1e-9;  // an axis that stands does not move at all; this is rounding
 
 bool has_one(const std::string& text, const std::vector<std::string_view>& words) {
   return std::ranges::any_of(words, [&](auto w) { return text.find(w) != text.npos; });
@@ -174,6 +176,31 @@ class LieJudge {
     }
     return owed && !first_stop_is_first();
   }
+  // The frame confirmed a STOP, nothing was ordered since, and it truly stands.
+  bool stands_stopped() const {
+    bool stopped = false;
+    MonoTime since{};
+    for (const auto& w : w_.witness.words) {
+      if (w.at >= first_->first) break;
+      if (w.is_sent && w.line == "STOP") stopped = false;
+      if (w.is_sent || !w.line.starts_with("STOPPED")) continue;
+      stopped = true;
+      since = w.at;
+    }
+    if (!stopped) return false;
+    if (std::ranges::any_of(ordered_motions(w_.witness), [&](const Ordered& o) {
+          return o.sent > since && o.sent <= first_->due;
+        })) {
+      return false;
+    }
+    double low_m = HUGE_VAL, high_m = -HUGE_VAL;
+    for (const auto& s : w_.witness.seen) {
+      if (s.taken < since || s.taken > first_->due) continue;
+      low_m = std::min(low_m, s.true_m);
+      high_m = std::max(high_m, s.true_m);
+    }
+    return high_m - low_m < kStands_m;
+  }
   // The run was stopped for another reason and has ordered nothing since. Or, with two lies, it is
   // on its way back because it no longer trusts the force.
   bool was_at_its_end() const {
@@ -196,7 +223,7 @@ class LieJudge {
 
   void judge_first() {
     if (was_lost_before(first_->due)) return;
-    if (was_being_stopped() || was_at_its_end()) {
+    if (was_being_stopped() || stands_stopped() || was_at_its_end()) {
       ++counters_["shown while it was being stopped"];
       return;
     }

@@ -75,8 +75,8 @@ bool is_claimed(const SimSettings& at, const json& claim) {
   static const std::map<std::string, std::size_t> kApertures{
       {"fast", 0}, {"medium", 1}, {"slow", 2}};
   const json& bias = claim.at("bias_V");
-  return at.function == claim.at("function") && near(at.frequency_Hz, claim.at("frequency_Hz")) &&
-         near(at.level_V, claim.at("level_V")) &&
+  return at.function == claim.at("function").get<std::string>() &&
+         near(at.frequency_Hz, claim.at("frequency_Hz")) && near(at.level_V, claim.at("level_V")) &&
          at.aperture == kApertures.at(claim.at("aperture")) && at.average == claim.at("average") &&
          at.bias_V.has_value() == bias.is_number() && at.range == "AUTO" && at.open_correction &&
          at.short_correction;
