@@ -144,6 +144,23 @@ TEST_F(StepTimes, AQuestionThatNobodyAnswers) {
   expect_rest_or_all(step);
 }
 
+// Nobody is asked while something may move, and a run that nobody watches ends all the same.
+TEST_F(StepTimes, AQuestionThatNobodyIsAskedBecauseTheFrameDoesNotStand) {
+  frame.stop_says = fail(Errc::not_standing, "STOP twice -> standstill not confirmed");
+  AskStep step;
+  step.type = AnswerType::line;
+  step.default_text = "nothing";
+  step.timeout = Number(10);
+  for (const OnTimeout then : {OnTimeout::use_default, OnTimeout::abort}) {
+    step.on_timeout = then;
+    parts().drive.note_order(1e-3);
+    expect_rest_or_all(step);
+    EXPECT_THAT(why, HasSubstr("nobody was asked, because standstill of the frame was not "
+                               "confirmed within 10 s"));
+  }
+  EXPECT_FALSE(parts().questions.open());
+}
+
 TEST_F(StepTimes, ARampToATravel) {
   RampStep step;
   step.to = at(TargetKind::travel, 1e-3);
