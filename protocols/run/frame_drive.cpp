@@ -12,6 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kAgain = 1s;  // between two attempts to stop
+constexpr int kTries = 2;  // the second at once, when the frame moves after it said that it stands
 constexpr Duration kLook = 20ms;  // between two looks at the samples
 constexpr Duration kFlowing = 500ms;  // samples that are older do not come any more
 // What is written when the frame confirms STOP and its samples show a motion.
@@ -56,11 +57,13 @@ Task<> FrameDrive::stop() {
   }
   truth_.look_away();
   next_try_ = setup_.clock.now() + kAgain;
-  still_.ask(setup_.clock.now(), brakes());
-  auto stopped = co_await setup_.frame.stop();
-  const auto state = co_await asio::this_coro::cancellation_state;
-  if (state.cancelled() != asio::cancellation_type::none) co_return;
-  if (stopped) {
+  Result<> stopped;
+  for (int tries = 0; tries == 0 || (tries < kTries && still_.has_moved()); ++tries) {
+    still_.ask(setup_.clock.now(), brakes());
+    stopped = co_await setup_.frame.stop();
+    const auto state = co_await asio::this_coro::cancellation_state;
+    if (state.cancelled() != asio::cancellation_type::none) co_return;
+    if (!stopped) break;
     log_.event(EventKind::stopped, "");
     still_.confirm(setup_.clock.now(), sample_period());
     co_await await_still_samples();
@@ -89,7 +92,7 @@ Task<Stands> FrameDrive::stand_still() {
 }
 
 Task<> FrameDrive::await_still_samples() {
-  while (!still_.holds() && setup_.clock.now() < still_.look_ends()) {
+  while (still_.is_being_looked_at() && setup_.clock.now() < still_.look_ends()) {
     co_await setup_.clock.wait_for(kLook);
   }
 }

@@ -48,6 +48,8 @@ void StandstillWatch::ask(MonoTime now, Duration brakes) {
 void StandstillWatch::confirm(MonoTime now, std::optional<Duration> period) {
   if (lost_) return;
   said_ = true;
+  moved_ = false;
+  said_at_ = now;
   anchor_.reset();
   confirmed_ = !period;
   if (confirmed_) return;
@@ -68,6 +70,7 @@ void StandstillWatch::take(const FrameSample& sample, double tolerance_m) {
   const bool elsewhere = anchor_ && sample.travel_m && anchor_->travel_m &&
                          std::abs(*sample.travel_m - *anchor_->travel_m) > tolerance_m;
   if (!anchor_ || moves || elsewhere) {
+    moved_ = anchor_ && sample.received > said_at_ + kUnderWay;
     anchor_ = sample;
     return;
   }

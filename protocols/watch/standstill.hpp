@@ -54,6 +54,10 @@ class StandstillWatch {
   bool holds() const { return !can_move_ || confirmed_; }
   bool is_lost() const { return lost_; }
   bool is_asked() const { return asked_; }  // STOP was sent since the last order
+  // Samples showed a motion after the frame confirmed STOP.
+  bool has_moved() const { return said_ && !confirmed_ && moved_; }
+  // The frame confirmed STOP, and its samples neither agree yet nor contradict.
+  bool is_being_looked_at() const { return said_ && !confirmed_ && !moved_; }
   Standstill at(MonoTime now) const;
   // When the wait for the samples of the last confirmation is over.
   MonoTime look_ends() const { return look_ends_; }
@@ -63,9 +67,10 @@ class StandstillWatch {
 
   const bool can_move_;
   bool asked_ = false, said_ = false, confirmed_ = false, lost_ = false;
+  bool moved_ = false;  // after the frame said that it stands
   bool extended_ = false;  // the deadline, for the samples after the first confirmation
   double speed_m_s_ = 0;
-  MonoTime deadline_{}, look_ends_{};
+  MonoTime deadline_{}, said_at_{}, look_ends_{};
   std::optional<FrameSample> anchor_;  // since this sample the frame has not moved
 };
 

@@ -133,8 +133,9 @@ Falsehood draw_falsehood(Dice& dice, FrameLie what, const sim::RandomRig& rig) {
     case force_drift: f.value = side * dice.scale(0.002, 1) * rig.limit_N; break;
     case force_scatter: f.value = dice.scale(2, 100); break;
     case creep: f.value = side * dice.scale(0.5e-6, 50e-6); break;
-    case done_late:
-    case order_late: f.value = delay_s; break;
+    case done_late: f.value = delay_s; break;
+    // Shorter ones are rarely told: the watch waits for twice its stall time.
+    case order_late: f.value = 2 * delay_s; break;
     case stop_late: f.value = dice.scale(0.2, 5); break;
     case samples_late: f.value = dice.scale(0.05, 0.9); break;
     case clock_rate: f.value = dice.below(2) == 0 ? 0 : dice.scale(0.3, 3); break;

@@ -62,6 +62,24 @@ TEST_F(StandstillTest, IsNotConfirmedBySamplesThatMove) {
   }
 }
 
+// An order that is carried out after STOP. Samples of the braking may still be under way.
+TEST_F(StandstillTest, IsContradictedByAMotionThatBeginsAfterTheWordOfTheFrame) {
+  still.order(1e-4);
+  still.ask(now, 0ms);
+  still.confirm(now, kPeriod);
+  show(200ms, 1e-4);
+  EXPECT_FALSE(still.has_moved()) << "it may have braked";
+  show(120ms, 0);
+  EXPECT_TRUE(still.is_being_looked_at());
+  show(40ms, 1e-3);
+  EXPECT_TRUE(still.has_moved());
+  EXPECT_FALSE(still.is_being_looked_at());
+  still.confirm(now, kPeriod);
+  EXPECT_FALSE(still.has_moved());
+  show(500ms, 0);
+  EXPECT_EQ(word(), Standstill::confirmed);
+}
+
 TEST_F(StandstillTest, IsNotConfirmedWhileTheFrameSaysThatItMoves) {
   still.order(1e-4);
   still.ask(now, 0ms);
