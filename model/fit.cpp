@@ -218,6 +218,14 @@ Result<> refuse_if_meaningless(const Fit& fit, double span_F) {
   const FitParts& p = fit.parts;
   const double misfit = 2 * std::hypot(p.creep, p.misfit) + p.geometry + p.hysteresis;
   const double left = fit.misfit.law_F / span_F;
+  // Both moduli describe the readings, and they differ by more than kMostMisfit.
+  for (const FitPattern& pattern : fit.misfit.patterns) {
+    if (pattern.kind != FitPatternKind::faces) continue;
+    return fail(Errc::invalid_request,
+                "fit refused: {}: state the faces, or a modulus nearer to the truth, in the "
+                "specimen's file",
+                pattern.text);
+  }
   if (misfit <= kMostMisfit && left <= kMostLeft) return {};
   std::string why;
   for (const FitPattern& pattern : fit.misfit.patterns) why += "; " + pattern.text;

@@ -84,6 +84,30 @@ TEST(FitCoverage, HoldsWhereSpecimensCreepAndHaveHysteresisAndAnotherThickness) 
   EXPECT_LT(sum.half / sum.answered, 0.15);
 }
 
+// The layers slip, and the file says that they are bonded: a modulus a thousand times too small
+// describes the readings as well.
+TEST(FitCoverage, WrongFacesAreRefused) {
+  FitWorld world;
+  world.name = "free, told as bonded";
+  int held = 0, refused = 0;
+  for (std::uint64_t seed = 44'000'001; seed < 44'000'001 + 12; ++seed) {
+    FitDraw d = draw(world, seed);
+    d.specimen.faces = Faces::bonded_laminate;
+    d.specimen.materials[0].poisson_ratio = 0.4995;
+    d.settings.level = Level::bonded;
+    const auto fit = fit_of(d);
+    if (!fit) {
+      ++refused;
+      EXPECT_NE(fit.error().what.find("faces"), std::string::npos) << fit.error().what;
+      continue;
+    }
+    const FitValue& mu = fit->shear_modulus_Pa;
+    held += mu.ci95_low <= d.mu_Pa && d.mu_Pa <= mu.ci95_high ? 1 : 0;
+    EXPECT_GE(mu.ci95_high, d.mu_Pa) << d.drawn;
+  }
+  EXPECT_EQ(held + refused, 12);
+}
+
 // What was seen: with 5 % of creep C0 was moved by a hundred of its errors, and the interval of the
 // modulus did not hold. Readings that share an error must not move it by one.
 TEST(FitCoverage, CreepDoesNotMoveC0) {
