@@ -65,14 +65,14 @@ bool has_gap(const Compared& result, std::string_view part) {
 }
 
 // The parts of either result of which no size is known.
-std::string name_gaps(const Compared& a, const Compared& b) {
+std::vector<std::string> name_gaps(const Compared& a, const Compared& b) {
   std::set<std::string> names;
   for (const Compared* result : {&a, &b}) {
     for (const UncertaintyPart& p : result->uncertainty.parts) {
       if (p.is_gap) names.insert(p.name);
     }
   }
-  return names.empty() ? "" : fmt::format("not in the interval: {}", fmt::join(names, ", "));
+  return {names.begin(), names.end()};
 }
 
 bool same_pressures(const LoadState& a, const LoadState& b) {
@@ -98,11 +98,25 @@ std::string list_of(const std::vector<double>& kPa) {
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
+// "force over the disc of 8 mm in run 1 and of 4 mm in run 2"
+std::string over_discs_text(const RunAnalysis& from, const RunAnalysis& to) {
+  return fmt::format(
+      "pressure on the disc: force over the disc of {:g} mm in run {} and of {:g} mm "
+      "in run {}",
+      *from.pressure.disc_diameter_m * 1e3, from.run, *to.pressure.disc_diameter_m * 1e3, to.run);
+}
+
 // One quantity of two runs, from the judgement of what is unlike to the interval of the ratio.
 class Pair {
  public:
-  Pair(const RunAnalysis& from, const RunAnalysis& to, const SlopeInRange& slope_in)
-      : from_(from), to_(to), slope_in_(slope_in), sources_(compare_sources(from, to)) {}
+  // `over_discs`: how both were converted to pressures on the disc; empty: they were not.
+  Pair(const RunAnalysis& from, const RunAnalysis& to, const AnalyseAgain& again,
+       std::string over_discs)
+      : from_(from),
+        to_(to),
+        again_(again),
+        over_discs_(std::move(over_discs)),
+        sources_(compare_sources(from, to)) {}
 
   Comparison compare(Compared a, Compared b) {
     Comparison c;
@@ -113,40 +127,70 @@ class Pair {
     c.quantity = a.name;
     parts_.clear();
     known_.clear();
-    auto unlike = judge(a, b, c);
+    obstacles_.clear();
+    judge(a, b, c);
     if (*a.metric) c.from_value = a.metric->value();
     if (*b.metric) c.to_value = b.metric->value();
-    if (!unlike) unlike = add_interval(a, b, c);
-    if (unlike) {
-      c.refused = std::move(unlike->reason);
-      c.remedy = std::move(unlike->remedy);
-    }
+    if (obstacles_.empty()) add_interval(a, b, c);
+    refuse(c);
     c.verdict = verdict_on(c, verdict_scope(a, b));
     return c;
   }
 
  private:
-  // Converts where that is possible.
-  std::optional<Unlike> judge(Compared& a, Compared& b, Comparison& c) {
+  // Converts where that is possible, and finds everything that forbids the comparison.
+  void judge(Compared& a, Compared& b, Comparison& c) {
+    if (from_.run == to_.run) {
+      add(Unlike{fmt::format("both are run {}: its ratio to itself is 1 by definition", from_.run),
+                 "name another run"});
+      return;
+    }
     for (const auto& [result, run] : {std::pair(&a, &from_), {&b, &to_}}) {
       if (*result->metric) continue;
-      return Unlike{fmt::format("run {} has none{}{}", run->run,
-                                result->metric->reason.empty() ? "" : ": ", result->metric->reason),
-                    "measure it in both"};
+      add(Unlike{fmt::format("run {} has none{}{}", run->run,
+                             result->metric->reason.empty() ? "" : ": ", result->metric->reason),
+                 "measure it in both"});
     }
     c.differences = name_differences(from_, to_);
-    if (auto unlike = unlike_settings(from_, to_)) return unlike;
+    add(unlike_settings(from_, to_));
     if (a.kind != Kind::sensitivity && (has_gap(a, kOpen) || has_gap(b, kOpen))) {
-      if (auto unlike = unlike_corrections(from_, to_)) return unlike;
+      add(unlike_corrections(from_, to_));
     }
-    if (a.kind == Kind::c0) return std::nullopt;
-    if (auto unlike = unlike_contact(from_, to_)) return unlike;
+    if (a.kind == Kind::c0) return;
+    c.converted = over_discs_;
+    add(unlike_contact(from_, to_));
+    if (!*a.metric || !*b.metric) return;
     if (!a.metric->load || !b.metric->load) {
-      return Unlike{"how the specimen was loaded is not known", "measure both with one protocol"};
+      return add(
+          Unlike{"how the specimen was loaded is not known", "measure both with one protocol"});
     }
-    if (auto unlike = unlike_loading(*a.metric->load, *b.metric->load, from_, to_)) return unlike;
-    auto unlike = a.kind == Kind::sensitivity ? align_ranges(a, b, c) : align_peaks(a, b);
-    return unlike ? unlike : align_times(a, b);
+    judge_load(a, b, c);
+  }
+
+  void judge_load(Compared& a, Compared& b, Comparison& c) {
+    const LoadState &p = *a.metric->load, &q = *b.metric->load;
+    const auto unlike = unlike_loading(p, q, from_, to_);
+    add(unlike);
+    if (a.kind == Kind::dynamic_range) add(align_peaks(a, b));
+    if (!unlike.empty()) return;  // then pressures and times have other meanings
+    if (a.kind == Kind::sensitivity) add(align_ranges(a, b, c));
+    add(align_times(a, b));
+  }
+
+  void add(std::optional<Unlike> unlike) {
+    if (unlike) obstacles_.push_back(std::move(*unlike));
+  }
+  void add(const Obstacles& all) { obstacles_.insert(obstacles_.end(), all.begin(), all.end()); }
+
+  void refuse(Comparison& c) const {
+    if (obstacles_.empty()) return;
+    c.converted.clear();
+    c.not_included.clear();
+    std::set<std::string> remedies;
+    for (const Unlike& unlike : obstacles_) {
+      add_remark(c.refused, unlike.reason);
+      if (remedies.insert(unlike.remedy).second) add_remark(c.remedy, unlike.remedy);
+    }
   }
 
   std::optional<Unlike> align_peaks(const Compared& a, const Compared& b) {
@@ -162,42 +206,50 @@ class Pair {
   std::optional<Unlike> align_ranges(Compared& a, Compared& b, Comparison& c) {
     const LoadState &p = *a.metric->load, &q = *b.metric->load;
     PressureRange common = a.range;
+    std::string how;
     if (p.kind == LoadKind::rising) {
       if (is_near(p.from_kPa, q.from_kPa) && is_near(p.to_kPa, q.to_kPa)) {
         add_pressures(std::log((q.from_kPa + q.to_kPa) / (p.from_kPa + p.to_kPa)));
         return std::nullopt;
       }
       common = {std::max(p.from_kPa, q.from_kPa), std::min(p.to_kPa, q.to_kPa)};
-      c.converted = fmt::format("both slopes over {:.3g}-{:.3g} kPa, which both loadings cover",
-                                common.from_kPa, common.to_kPa);
+      how = fmt::format("both slopes over {:.3g}-{:.3g} kPa, which both loadings cover",
+                        common.from_kPa, common.to_kPa);
     } else if (!same_pressures(p, q)) {
       common.only_kPa = common_pressures(p, q);
-      c.converted = fmt::format(
-          "both slopes over the pressures in both runs, {} kPa, with equal "
-          "weights",
-          list_of(common.only_kPa));
+      how = fmt::format("both slopes over the pressures in both runs, {} kPa, with equal weights",
+                        list_of(common.only_kPa));
     }
-    if (!c.converted.empty()) {
-      if (auto unlike = convert(common, a, b, c)) return unlike;
+    if (!how.empty()) {
+      if (auto unlike = convert(common, a, b)) return unlike;
+      add_remark(c.converted, how);
     }
     add_pressures(largest_difference(*a.metric->load, *b.metric->load));
     return std::nullopt;
   }
 
-  std::optional<Unlike> convert(const PressureRange& common, Compared& a, Compared& b,
-                                Comparison& c) {
+  std::optional<Unlike> convert(const PressureRange& common, Compared& a, Compared& b) {
     const bool levels = a.metric->load->kind == LoadKind::held;
     const Unlike none{
         levels ? fmt::format("fewer than two pressures are in both runs in {}", range_text(a.range))
                : fmt::format("the loadings have too little in common in {}", range_text(a.range)),
         "measure both at the same pressures"};
     const bool possible = levels ? common.only_kPa.size() >= 2 : common.from_kPa < common.to_kPa;
-    if (!possible || !slope_in_ || !take(slope_in_(from_, common), a, from_slope_) ||
-        !take(slope_in_(to_, common), b, to_slope_)) {
-      c.converted.clear();
+    if (!possible) return none;
+    if (!obstacles_.empty()) return std::nullopt;  // no comparison, so no slopes either
+    if (!take(slope_in(from_, common), a, from_slope_) ||
+        !take(slope_in(to_, common), b, to_slope_)) {
       return none;
     }
     return std::nullopt;
+  }
+
+  std::optional<RangeResult> slope_in(const RunAnalysis& run, const PressureRange& range) const {
+    AnalysisOptions options = run.options;
+    options.ranges = {range};
+    options.search_regions = false;
+    auto again = again_ ? again_(run, run.pressure.on, options) : std::nullopt;
+    return again ? std::optional(std::move(again->ranges.front())) : std::nullopt;
   }
 
   static bool take(std::optional<RangeResult> slope, Compared& into,
@@ -245,20 +297,24 @@ class Pair {
   }
 
   // Works with the logarithm of the ratio, whose interval never crosses 0.
-  std::optional<Unlike> add_interval(const Compared& a, const Compared& b, Comparison& c) {
+  void add_interval(const Compared& a, const Compared& b, Comparison& c) {
     const double ratio = b.metric->value() / a.metric->value();
-    if (!(ratio > 0)) return Unlike{"one of the two is not positive", "look at the single runs"};
+    if (!(ratio > 0)) add(Unlike{"one of the two is not positive", "look at the single runs"});
     std::vector<SlopePart> parts = parts_;
     for (const auto& [result, run] : {std::pair(&a, &from_), {&b, &to_}}) {
       const auto scatter =
           std::ranges::find(result->uncertainty.parts, UncertaintyKind::a, &UncertaintyPart::kind);
       if (scatter == result->uncertainty.parts.end()) {
-        return Unlike{fmt::format("the scatter of run {} is not known", run->run),
-                      "measure more repeats or readings"};
+        add(Unlike{fmt::format("the scatter of run {} is not known", run->run),
+                   "measure more repeats or readings"});
       }
       add_own(*result, parts);
     }
-    if (auto gaps = name_gaps(a, b); !gaps.empty()) c.differences.push_back(std::move(gaps));
+    if (!obstacles_.empty()) return;
+    c.not_included = name_gaps(a, b);
+    if (a.kind != Kind::c0) {
+      if (auto disc = unknown_disc(from_, to_); !disc.empty()) c.not_included.push_back(disc);
+    }
     for (const SourceLikeness& s : sources_) add_source(s, a, b, parts, c);
     const Estimate e = estimate_of_parts(0, parts, from_.options.confidence);
     c.increase_percent = (ratio - 1) * 100;
@@ -269,7 +325,6 @@ class Pair {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (parts_[i].se >= kNamed * *e.standard_error) c.differences.push_back(known_[i]);
     }
-    return std::nullopt;
   }
 
   static double relative(const Compared& r, const UncertaintyPart& p) {
@@ -342,23 +397,47 @@ class Pair {
   }
 
   const RunAnalysis &from_, &to_;
-  const SlopeInRange& slope_in_;
+  const AnalyseAgain& again_;
+  std::string over_discs_;
   std::vector<SourceLikeness> sources_;
+  Obstacles obstacles_;
   std::vector<SlopePart> parts_;  // of known differences, relative
   std::vector<std::string> known_;  // the same in words
   std::optional<RangeResult> from_slope_, to_slope_;  // converted
 };
 
-void compare_two(const RunAnalysis& from, const RunAnalysis& to, const SlopeInRange& slope_in,
+// Both with their pressures over the disc, where only that makes them alike.
+std::optional<std::array<RunAnalysis, 2>> over_discs(const RunAnalysis& from, const RunAnalysis& to,
+                                                     const AnalyseAgain& again) {
+  if (!again || unlike_contact(from, to).empty() || !are_alike_over_disc(from, to)) return {};
+  auto a = again(from, PressureOn::disc, from.options), b = again(to, PressureOn::disc, to.options);
+  if (!a || !b) return {};
+  return std::array{std::move(*a), std::move(*b)};
+}
+
+void compare_two(const RunAnalysis& from, const RunAnalysis& to, const AnalyseAgain& again,
                  std::vector<Comparison>& out) {
-  Pair pair(from, to, slope_in);
-  const auto of_to = results_of(to);
-  for (Compared& a : results_of(from)) {
-    for (const Compared& b : of_to) {
+  const auto discs = from.run == to.run ? std::nullopt : over_discs(from, to, again);
+  const RunAnalysis &one = discs ? (*discs)[0] : from, &two = discs ? (*discs)[1] : to;
+  Pair pair(one, two, again, discs ? over_discs_text(one, two) : "");
+  const auto of_two = results_of(two);
+  for (Compared& a : results_of(one)) {
+    for (const Compared& b : of_two) {
       if (a.name != b.name || (!*a.metric && !*b.metric)) continue;
       out.push_back(pair.compare(a, b));
     }
   }
+}
+
+// The force over the disc instead of the probe.
+RunData over_disc(RunData data) {
+  const double factor = *data.pressure.on_disc();
+  data.pressure.on = PressureOn::disc;
+  data.area_m2 = data.pressure.area_m2();
+  for (LevelRow& l : data.levels) {
+    if (l.target_pressure_Pa) *l.target_pressure_Pa *= factor;
+  }
+  return data;
 }
 
 }  // namespace
@@ -367,29 +446,33 @@ std::string Comparison::remark() const {
   std::string out = refused;
   add_remark(out, converted);
   for (const std::string& d : differences) add_remark(out, d);
+  add_remark(out, not_included_text());
   return out;
 }
 
-std::vector<Comparison> compare(std::span<const RunAnalysis> runs, const SlopeInRange& slope_in) {
+std::string Comparison::not_included_text() const {
+  return not_included.empty()
+             ? ""
+             : fmt::format("not in the interval: {}", fmt::join(not_included, ", "));
+}
+
+std::vector<Comparison> compare(std::span<const RunAnalysis> runs, const AnalyseAgain& again) {
   std::vector<Comparison> out;
   for (std::size_t i = 1; i < runs.size(); ++i) {
-    compare_two(runs[i - 1], runs[i], slope_in, out);
-    if (i > 1) compare_two(runs[0], runs[i], slope_in, out);
+    compare_two(runs[i - 1], runs[i], again, out);
+    if (i > 1) compare_two(runs[0], runs[i], again, out);
   }
   return out;
 }
 
-SlopeInRange slopes_of(std::vector<const RunData*> runs) {
-  return [runs = std::move(runs)](const RunAnalysis& run,
-                                  const PressureRange& range) -> std::optional<RangeResult> {
+AnalyseAgain analyses_of(std::vector<const RunData*> runs) {
+  return [runs = std::move(runs)](const RunAnalysis& run, PressureOn on,
+                                  const AnalysisOptions& options) -> std::optional<RunAnalysis> {
     const auto data = std::ranges::find(runs, run.run, &RunData::run);
     if (data == runs.end()) return std::nullopt;
-    AnalysisOptions options = run.options;
-    options.ranges = {range};
-    options.search_regions = false;
-    auto again = analyse(**data, options);
-    if (!again) return std::nullopt;
-    return std::move(again->ranges.front());
+    const bool converts = on == PressureOn::disc && (*data)->pressure.on == PressureOn::probe;
+    auto again = converts ? analyse(over_disc(**data), options) : analyse(**data, options);
+    return again ? std::optional(std::move(*again)) : std::nullopt;
   };
 }
 

@@ -26,6 +26,7 @@ struct Comparison {
   std::string remedy;  // of a refusal: what would make them comparable
   std::string converted;  // how they were made comparable; empty: nothing was necessary
   std::vector<std::string> differences;  // other differences between the runs
+  std::vector<std::string> not_included;  // what the interval does not contain: no size is known
   std::vector<std::string> shared, not_shared;  // sources of error; of the latter with the reason
   std::string verdict;  // a sentence that can be quoted
   // Absent if refused.
@@ -33,22 +34,22 @@ struct Comparison {
   std::optional<std::array<double, 2>> interval_percent, ratio;  // ratio: interval of to over from
 
   bool is_answered() const { return refused.empty(); }
-  // Refusal, conversion and differences in one line; may be empty.
+  // Refusal, conversion, differences and what is not included, in one line; may be empty.
   std::string remark() const;
+  std::string not_included_text() const;  // "not in the interval: open correction"; may be empty
 };
 
-// The sensitivity of a run in another range. nullopt: it cannot be computed.
-using SlopeInRange =
-    std::function<std::optional<RangeResult>(const RunAnalysis& run, const PressureRange& range)>;
+// A run again, its pressures over the area of this body. nullopt: that is not possible.
+using AnalyseAgain = std::function<std::optional<RunAnalysis>(const RunAnalysis& run, PressureOn on,
+                                                              const AnalysisOptions& options)>;
 
 // Compares each run with the run before it and with the first: the sensitivity in every range, C0
 // and dynamic range, as far as one of the two runs has it. Empty for fewer than two runs. Without
-// `slope_in` nothing can be converted.
-std::vector<Comparison> compare(std::span<const RunAnalysis> runs,
-                                const SlopeInRange& slope_in = {});
+// `again` nothing can be converted.
+std::vector<Comparison> compare(std::span<const RunAnalysis> runs, const AnalyseAgain& again = {});
 
-// The `slope_in` of runs whose rows are still loaded. The data must outlive it.
-SlopeInRange slopes_of(std::vector<const RunData*> runs);
+// The `again` of runs whose rows are still loaded. The data must outlive it.
+AnalyseAgain analyses_of(std::vector<const RunData*> runs);
 
 nlohmann::json to_json(const Comparison& comparison);
 std::string to_text(const std::vector<Comparison>& comparisons);

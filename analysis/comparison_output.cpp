@@ -49,6 +49,7 @@ json to_json(const Comparison& c) {
           {"remedy", c.remedy},
           {"converted", c.converted},
           {"differences", c.differences},
+          {"not_included", c.not_included},
           {"shared", c.shared},
           {"not_shared", c.not_shared},
           {"verdict", c.verdict},
@@ -73,6 +74,7 @@ std::string to_text(const std::vector<Comparison>& comparisons) {
     append_line(out, "to compare them: ", c.remedy);
     append_line(out, "", c.converted);
     for (const std::string& d : c.differences) append_line(out, "", d);
+    append_line(out, "", c.not_included_text());
     append_line(out, "same: ", fmt::format("{}", fmt::join(c.shared, ", ")));
     append_line(out, "not proven the same: ", fmt::format("{}", fmt::join(c.not_shared, ", ")));
   }

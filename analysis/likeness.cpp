@@ -98,6 +98,11 @@ std::string mm(double m) {
   return fmt::format("{:g} mm", m * 1e3);
 }
 
+// Both diameters may lie at their limits.
+bool differ(double a_m, double b_m, double limits_m) {
+  return std::abs(a_m - b_m) > limits_m * (1 + 1e-9);
+}
+
 const char* kind_words(LoadKind kind) {
   switch (kind) {
     case LoadKind::held: return "holds each load";
@@ -133,37 +138,33 @@ std::vector<SourceLikeness> compare_sources(const RunAnalysis& from, const RunAn
           {ErrorSource::probe, words("probe", &RunConditions::probe), unlike_probe(from, to)}};
 }
 
-std::optional<Unlike> unlike_settings(const RunAnalysis& from, const RunAnalysis& to) {
+Obstacles unlike_settings(const RunAnalysis& from, const RunAnalysis& to) {
   const RunConditions &a = from.conditions, &b = to.conditions;
   if (!a.setting || !b.setting) {
-    return Unlike{
-        fmt::format("{} does not record the meter's settings", run_name(a.setting ? to : from)),
-        "measure both under recorded settings"};
+    return {
+        {fmt::format("{} does not record the meter's settings", run_name(a.setting ? to : from)),
+         "measure both under recorded settings"}};
   }
-  const char* remedy =
-      "a capacitance under other settings is another quantity: measure both under "
-      "the same";
+  Obstacles out;
+  const auto add = [&out](std::string reason) {
+    out.push_back({std::move(reason),
+                   "a capacitance under other settings is another quantity: measure both under "
+                   "the same"});
+  };
   if (a.measured != b.measured) {
-    return Unlike{fmt::format("{} measured {}, {} measured {}", run_name(from), a.measured,
-                              run_name(to), b.measured),
-                  remedy};
+    add(fmt::format("{} measured {}, {} measured {}", run_name(from), a.measured, run_name(to),
+                    b.measured));
   }
-  if (!same_setting(a.setting->frequency_Hz, b.setting->frequency_Hz)) {
-    return Unlike{fmt::format("measured at {:g} Hz and at {:g} Hz", a.setting->frequency_Hz,
-                              b.setting->frequency_Hz),
-                  remedy};
-  }
-  if (!same_setting(a.setting->level_V, b.setting->level_V)) {
-    return Unlike{fmt::format("measured with a level of {:g} V and of {:g} V", a.setting->level_V,
-                              b.setting->level_V),
-                  remedy};
-  }
-  if (!same_setting(a.setting->bias_V.value_or(0), b.setting->bias_V.value_or(0))) {
-    return Unlike{fmt::format("measured with a bias of {:g} V and of {:g} V",
-                              a.setting->bias_V.value_or(0), b.setting->bias_V.value_or(0)),
-                  remedy};
-  }
-  return std::nullopt;
+  const auto compare = [&add](double from_value, double to_value, const char* words,
+                              const char* unit) {
+    if (same_setting(from_value, to_value)) return;
+    add(fmt::format("measured {0} {2:g} {1} and {3} {4:g} {1}", words, unit, from_value,
+                    std::string_view(words) == "at" ? "at" : "of", to_value));
+  };
+  compare(a.setting->frequency_Hz, b.setting->frequency_Hz, "at", "Hz");
+  compare(a.setting->level_V, b.setting->level_V, "with a level of", "V");
+  compare(a.setting->bias_V.value_or(0), b.setting->bias_V.value_or(0), "with a bias of", "V");
+  return out;
 }
 
 std::optional<Unlike> unlike_corrections(const RunAnalysis& from, const RunAnalysis& to) {
@@ -175,43 +176,72 @@ std::optional<Unlike> unlike_corrections(const RunAnalysis& from, const RunAnaly
                 "measure both with the open correction on, or state the limit: --stray-limit-fF"};
 }
 
-std::optional<Unlike> unlike_contact(const RunAnalysis& from, const RunAnalysis& to) {
-  if (from.pressure.on != to.pressure.on) {
-    return Unlike{
-        fmt::format("pressures on the {} in {}, on the {} in {}", to_string(from.pressure.on),
-                    run_name(from), to_string(to.pressure.on), run_name(to)),
-        "state the pressures of both on the same body"};
-  }
-  if (from.pressure.on == PressureOn::disc) return std::nullopt;  // the whole disc is pressed
-  const auto &a = from.conditions.probe_diameter_m, &b = to.conditions.probe_diameter_m;
-  if (!a || !b) {
-    return Unlike{fmt::format("{} does not record the probe's diameter", run_name(a ? to : from)),
-                  "measure both with a known probe"};
-  }
-  // Both diameters may lie at their limits.
-  const double limits_m =
-      (from.options.rig.diameter_limit_mm() + to.options.rig.diameter_limit_mm()) * 1e-3;
-  if (std::abs(*a - *b) <= limits_m * (1 + 1e-9)) return std::nullopt;
-  return Unlike{fmt::format("probes of {} and {}: the same pressure loads other parts of the "
-                            "specimen",
-                            mm(*a), mm(*b)),
-                "measure both under probes of one diameter"};
+bool are_alike_over_disc(const RunAnalysis& from, const RunAnalysis& to) {
+  return from.pressure.on_disc() && to.pressure.on_disc();
 }
 
-std::optional<Unlike> unlike_loading(const LoadState& from, const LoadState& to,
-                                     const RunAnalysis& from_run, const RunAnalysis& to_run) {
+Obstacles unlike_contact(const RunAnalysis& from, const RunAnalysis& to) {
+  const PressureArea &a = from.pressure, &b = to.pressure;
+  Obstacles out;
+  const auto add = [&out](std::string reason, const char* remedy) {
+    out.push_back({std::move(reason), remedy});
+  };
+  if (a.on != b.on) {
+    add(fmt::format("pressures on the {} in {}, on the {} in {}", to_string(a.on), run_name(from),
+                    to_string(b.on), run_name(to)),
+        "state the pressures of both on the same body");
+  } else if (a.on == PressureOn::disc) {
+    return out;  // the whole disc is pressed
+  }
+  const auto &probe_a = from.conditions.probe_diameter_m, &probe_b = to.conditions.probe_diameter_m;
+  if (!probe_a || !probe_b) {
+    add(fmt::format("{} does not record the probe's diameter", run_name(probe_a ? to : from)),
+        "measure both with a known probe");
+  } else if (differ(*probe_a, *probe_b, a.probe_limit_m + b.probe_limit_m)) {
+    add(fmt::format("probes of {} and {}: the same pressure loads other parts of the specimen",
+                    mm(*probe_a), mm(*probe_b)),
+        "measure both under probes of one diameter");
+  }
+  const auto &disc_a = a.disc_diameter_m, &disc_b = b.disc_diameter_m;
+  const bool discs =
+      disc_a && disc_b && differ(*disc_a, *disc_b, disc_limit_m(*disc_a) + disc_limit_m(*disc_b));
+  if (discs) {
+    add(fmt::format("discs of {} and {}: the same pressure under the probe is another one on the "
+                    "disc",
+                    mm(*disc_a), mm(*disc_b)),
+        "measure both under probes that cover the disc, or with discs of one diameter");
+  }
+  if (!discs && a.presses_part() == b.presses_part()) return out;
+  for (const RunAnalysis* run : {&from, &to}) {
+    if (!run->pressure.presses_part()) continue;
+    add(fmt::format("the probe of {} presses only a part of the disc of {}",
+                    mm(*run->pressure.probe_diameter_m), run_name(*run)),
+        "measure both under probes that cover the disc, or with discs of one diameter");
+  }
+  return out;
+}
+
+std::string unknown_disc(const RunAnalysis& from, const RunAnalysis& to) {
+  const bool a = from.conditions.disc_diameter_m.has_value();
+  if (a == to.conditions.disc_diameter_m.has_value()) return {};
+  return fmt::format("the disc of {}, whose diameter is not known", run_name(a ? to : from));
+}
+
+Obstacles unlike_loading(const LoadState& from, const LoadState& to, const RunAnalysis& from_run,
+                         const RunAnalysis& to_run) {
+  Obstacles out;
   if (from.kind != to.kind || from.kind == LoadKind::mixed) {
-    return Unlike{fmt::format("{} {}, {} {}", run_name(from_run), kind_words(from.kind),
-                              run_name(to_run), kind_words(to.kind)),
-                  "measure both with one protocol"};
+    out.push_back({fmt::format("{} {}, {} {}", run_name(from_run), kind_words(from.kind),
+                               run_name(to_run), kind_words(to.kind)),
+                   "measure both with one protocol"});
   }
   if (from.direction != to.direction) {
-    return Unlike{
-        fmt::format("{} refers to {}, {} to {}", run_name(from_run), branch_words(from.direction),
-                    run_name(to_run), branch_words(to.direction)),
-        "measure the same branch in both"};
+    out.push_back(
+        {fmt::format("{} refers to {}, {} to {}", run_name(from_run), branch_words(from.direction),
+                     run_name(to_run), branch_words(to.direction)),
+         "measure the same branch in both"});
   }
-  return std::nullopt;
+  return out;
 }
 
 std::optional<Unlike> unlike_peak(const LoadState& from, const LoadState& to,

@@ -24,13 +24,17 @@ std::vector<SourceLikeness> compare_sources(const RunAnalysis& from, const RunAn
 struct Unlike {
   std::string reason, remedy;
 };
-std::optional<Unlike> unlike_settings(const RunAnalysis& from, const RunAnalysis& to);
+using Obstacles = std::vector<Unlike>;  // all that there are, not only the first
+Obstacles unlike_settings(const RunAnalysis& from, const RunAnalysis& to);
 // For C0 and what is divided by it, if no limit of the leads' capacitance is known.
 std::optional<Unlike> unlike_corrections(const RunAnalysis& from, const RunAnalysis& to);
-std::optional<Unlike> unlike_contact(const RunAnalysis& from, const RunAnalysis& to);
+// Equal pressures of the two are equal loads: one body, one probe, one size of disc.
+Obstacles unlike_contact(const RunAnalysis& from, const RunAnalysis& to);
+// Both load the whole disc, by which runs with other probes or discs become alike.
+bool are_alike_over_disc(const RunAnalysis& from, const RunAnalysis& to);
 // The way of loading and the branch, not the pressures.
-std::optional<Unlike> unlike_loading(const LoadState& from, const LoadState& to,
-                                     const RunAnalysis& from_run, const RunAnalysis& to_run);
+Obstacles unlike_loading(const LoadState& from, const LoadState& to, const RunAnalysis& from_run,
+                         const RunAnalysis& to_run);
 std::optional<Unlike> unlike_peak(const LoadState& from, const LoadState& to,
                                   const RunAnalysis& from_run, const RunAnalysis& to_run);
 
@@ -46,6 +50,9 @@ TimeLikeness compare_times(const LoadState& from, const LoadState& to, const Run
 
 // "simulated", "replayed"; empty: measured.
 std::string origin_of(const RunConditions& conditions);
+
+// The disc that only one of the runs records. Empty: both do, or neither.
+std::string unknown_disc(const RunAnalysis& from, const RunAnalysis& to);
 
 // Other differences that a reader has to know.
 std::vector<std::string> name_differences(const RunAnalysis& from, const RunAnalysis& to);

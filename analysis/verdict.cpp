@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -71,7 +73,9 @@ std::string verdict_on(const Comparison& c, const VerdictScope& scope) {
   }
   out += scope_text(c, scope);
   const bool resolved = (*c.ratio)[0] > 1 || (*c.ratio)[1] < 1;
-  return resolved ? out : out + ": no difference is resolved";
+  if (!resolved) out += ": no difference is resolved";
+  add_remark(out, c.not_included_text());
+  return out;
 }
 
 }  // namespace lcrig

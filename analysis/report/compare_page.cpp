@@ -54,7 +54,7 @@ std::vector<Comparison> comparisons_of(std::span<const ReportRun> runs) {
     analyses.push_back(run.analysis);
     data.push_back(&run.data);
   }
-  return compare(analyses, slopes_of(std::move(data)));
+  return compare(analyses, analyses_of(std::move(data)));
 }
 
 // What a reader has to know beside the numbers, one line each.

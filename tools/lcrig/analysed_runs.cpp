@@ -11,7 +11,7 @@ std::vector<Comparison> AnalysedRuns::compared() const {
   std::vector<const RunData*> loaded;
   loaded.reserve(data.size());
   for (const RunData& d : data) loaded.push_back(&d);
-  return compare(analyses, slopes_of(std::move(loaded)));
+  return compare(analyses, analyses_of(std::move(loaded)));
 }
 
 Outcome<AnalysedRuns> analyse_runs(const Context& context, const std::vector<std::string>& runs,

@@ -35,12 +35,21 @@ class CompareCommand final : public Command {
     const auto runs = analyse_runs(context, runs_, *wanted);
     if (!runs) return runs.error();
     const auto comparisons = runs->compared();
-    json out = {{"comparisons", json::array()}, {"verdicts", json::array()}};
+    json out = {
+        {"pressures", json::array()}, {"comparisons", json::array()}, {"verdicts", json::array()}};
+    for (const RunAnalysis& a : runs->analyses) {
+      out["pressures"].push_back({{"run", a.run}, {"pressure", to_json(a.pressure)}});
+    }
     for (const Comparison& c : comparisons) {
       out["comparisons"].push_back(to_json(c));
       out["verdicts"].push_back(c.verdict);
     }
     const ExitCode shown = show(context, out, [&](std::ostream& to) {
+      for (const RunAnalysis& a : runs->analyses) {
+        if (const auto words = a.pressure.words(); !words.empty()) {
+          to << "run " << a.run << ": " << words << '\n';
+        }
+      }
       to << to_text(comparisons) << '\n' << verdicts_text(comparisons);
     });
     const bool all = std::ranges::all_of(comparisons, &Comparison::is_answered);

@@ -275,6 +275,7 @@ TEST(Analyse, GivesThePapersNumbersBack) {
     const double c0 = 3.65e-12 * (i + 1), slope = slopes[i] * 1e-15;
     s.capacitance_F = [c0, slope](double kPa) { return c0 + slope * kPa; };
     runs.push_back(of_static(s));
+    runs.back().run = i + 1;
     EXPECT_TRUE(holds(runs.back().ranges[0].sensitivity, slopes[i]));
   }
   const double expected[] = {235.7, 22.8, 312.2};

@@ -16,10 +16,14 @@
 
 namespace lcrig {
 
-// The specimen: C0 + span (1 - exp(-P / bend)), times its creep.
+// The specimen: C0 + span (1 - exp(-P / bend)), times its creep. P is the pressure on its disc.
 struct ComparedSpecimen {
   double c0_fF = 4000, span_fF = 600, bend_kPa = 70;
   double creep_per_decade = 0;
+  // As in its file, and how much larger it is; absent: the file is not known, and P is the pressure
+  // under the probe.
+  std::optional<double> disc_mm = {};
+  double disc_error_mm = 0;
 
   double delta_fF(double kPa, double after_s) const {
     const double creep = 1 + creep_per_decade * std::log10(std::max(after_s, 0.05));
@@ -72,6 +76,8 @@ class ComparedRun {
     data.probe_diameter_m = p_.probe_mm * 1e-3;
     data.area_m2 = std::numbers::pi / 4 * *data.probe_diameter_m * *data.probe_diameter_m;
     data.row.probe_diameter_m = data.probe_diameter_m;
+    data.pressure.probe_diameter_m = data.probe_diameter_m;
+    if (s_.disc_mm) data.pressure.disc_diameter_m = *s_.disc_mm * 1e-3;
     data.function = p_.function;
     data.steps = {"s"};
     data.force_class_percent = p_.force_class;
@@ -143,11 +149,18 @@ class ComparedRun {
     ++data.frame_samples;
     ++data.fresh_readings;
     // The cell shows more force than there is, and the probe is larger than it is said to be.
-    const double true_kPa = kPa / (1 + rig_.cell_gain) / (1 + rig_.probe_area);
+    const double true_kPa = kPa / (1 + rig_.cell_gain) * pressed();
     double fF = s_.c0_fF + s_.delta_fF(true_kPa, after_s);
     fF = fF * (1 + rig_.meter_gain) + rig_.meter_offset_fF;
     r.capacitance_F = (fF + 0.5 * normal_(random_)) * 1e-15;
     data.readings.push_back(r);
+  }
+
+  // Pressure on the specimen for a printed pressure of 1 and a true force.
+  double pressed() const {
+    if (!s_.disc_mm) return 1 / (1 + rig_.probe_area);
+    const double ratio = p_.probe_mm / (*s_.disc_mm + s_.disc_error_mm);
+    return ratio * ratio;
   }
 
   ComparedSpecimen s_;

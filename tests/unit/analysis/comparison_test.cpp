@@ -27,7 +27,7 @@ struct Two {
   std::vector<Comparison> compared() const {
     const ComparedRun one(1, "paper-1", a, rig_a, p_a, 11), two(2, name_b, b, rig_b, p_b, 12);
     const RunAnalysis runs[] = {analyse(one.data).value(), analyse(two.data).value()};
-    return compare(runs, slopes_of({&one.data, &two.data}));
+    return compare(runs, analyses_of({&one.data, &two.data}));
   }
   Comparison of(const std::string& quantity) const {
     for (Comparison& c : compared()) {
@@ -68,6 +68,91 @@ TEST(Comparison, OfOtherProbesIsRefused) {
   expect_refused(two, kLow, "probes of 4 mm and 8 mm");
   expect_refused(two, "dynamic range", "probes of 4 mm and 8 mm");
   EXPECT_EQ(two.of("C0").refused, "");
+}
+
+// Discs of 8 and of 4 mm under a probe of 8 mm: four times the pressure.
+Two other_discs() {
+  Two two;
+  two.a.disc_mm = 8;
+  two.b.disc_mm = 4;
+  two.p_a.probe_mm = two.p_b.probe_mm = 8;
+  return two;
+}
+
+TEST(Comparison, OfOtherDiscsIsThatOfThePressureOnTheDisc) {
+  Two two = other_discs();
+  two.p_b.kPa = {2.5, 5, 7.5, 10, 12.5, 15};
+  const Comparison c = two.of(kLow);
+  EXPECT_EQ(c.refused, "");
+  EXPECT_THAT(c.converted, HasSubstr("pressure on the disc: force over the disc of 8 mm in run 1 "
+                                     "and of 4 mm in run 2"));
+  EXPECT_THAT(c.verdict, HasSubstr("pressure on the disc"));
+  ASSERT_TRUE(c.ratio);
+  EXPECT_LT((*c.ratio)[0], 2);
+  EXPECT_GT((*c.ratio)[1], 2);
+  // The discs are known to 0.1 mm of 8 and to 0.05 mm of 4; the probe's area does not matter.
+  EXPECT_THAT(*c.standard_error_percent / 2, testing::AllOf(testing::Gt(2), testing::Lt(2.5)));
+  EXPECT_THAT(c.shared, testing::ElementsAre("meter LCR-6100 A1", "load cell C1"));
+  EXPECT_EQ(two.of("C0").converted, "");
+  EXPECT_EQ(two.of("dynamic range").refused, "");
+}
+
+TEST(Comparison, OfOtherDiscsAtOnePressureUnderTheProbeIsRefused) {
+  const Two two = other_discs();
+  expect_refused(two, "dynamic range", "60 kPa in run 1, 240 kPa in run 2");
+  expect_refused(two, kLow, "run 2 has none");
+}
+
+TEST(Comparison, OfADiscThatIsPressedInPartIsRefused) {
+  Two two = other_discs();
+  two.b.disc_mm = 16;
+  expect_refused(two, kLow, "discs of 8 mm and 16 mm");
+  expect_refused(two, kLow, "the probe of 8 mm presses only a part of the disc of run 2");
+  two.a.disc_mm = 16;
+  EXPECT_EQ(two.of(kLow).refused, "") << "both are pressed alike";
+}
+
+TEST(Comparison, NamesADiscThatIsNotKnown) {
+  Two two = other_discs();
+  two.b.disc_mm.reset();
+  EXPECT_THAT(two.of(kLow).verdict, HasSubstr("not in the interval: the disc of run 2"));
+}
+
+TEST(Comparison, OfARunWithItselfIsRefused) {
+  const ComparedRun one(1, "paper-1", {}, {}, {}, 11);
+  const RunAnalysis runs[] = {analyse(one.data).value(), analyse(one.data).value()};
+  const auto all = compare(runs, analyses_of({&one.data, &one.data}));
+  ASSERT_FALSE(all.empty());
+  for (const Comparison& c : all) {
+    EXPECT_THAT(c.refused, HasSubstr("both are run 1")) << c.quantity;
+    EXPECT_FALSE(c.ratio);
+  }
+}
+
+TEST(Comparison, NamesAllObstaclesAtOnce) {
+  Two two;
+  two.p_b.probe_mm = 8;
+  two.p_b.frequency_Hz = 50e3;
+  two.p_b.level_V = 0.5;
+  two.p_b.bias_V = 1;
+  two.p_b.function = "Cs-D";
+  two.p_b.ramps = true;
+  two.p_b.kPa.back() = 75;
+  const std::string refused = two.of("dynamic range").refused;
+  for (const char* why : {"probes of 4 mm and 8 mm", "50000 Hz", "0.5 V", "bias", "measured Cs",
+                          "turns at the peak", "a dynamic range holds for its peak"}) {
+    EXPECT_THAT(refused, HasSubstr(why));
+  }
+}
+
+TEST(Comparison, TheSentenceNamesWhatIsNotInItsInterval) {
+  Two two;
+  two.p_a.short_on = two.p_b.short_on = false;
+  const Comparison c = two.of(kLow);
+  EXPECT_THAT(c.not_included, testing::ElementsAre("short correction"));
+  EXPECT_THAT(c.verdict, HasSubstr("; not in the interval: short correction"));
+  EXPECT_THAT(to_json(c)["not_included"].dump(), HasSubstr("short correction"));
+  EXPECT_THAT(Two().of(kLow).verdict, testing::Not(HasSubstr("not in the interval")));
 }
 
 TEST(Comparison, OfOtherPeaksConvertsSlopesAndRefusesTheDynamicRange) {

@@ -52,7 +52,9 @@ TEST(FewFreedom, IntervalHoldsHoweverLargeTheOtherPartIs) {
 }
 
 RunAnalysis run_with(double freedom, double percent) {
+  static std::int64_t number = 0;
   RunAnalysis a;
+  a.run = ++number;
   a.ranges.resize(1);
   a.ranges[0].range = {0, 30};
   a.ranges[0].sensitivity.estimate = Estimate(100);

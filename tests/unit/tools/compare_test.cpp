@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/strict_json.hpp"
+#include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
 
 namespace lcrig::cli {
@@ -97,19 +98,36 @@ TEST_F(CompareRuns, ACopyKeepsWhatTheRunsProve) {
   EXPECT_EQ(cli.out.str(), before);
 }
 
+TEST_F(CompareRuns, ARunWithItselfIsRefusedInWords) {
+  EXPECT_EQ(cli.run({"--db", db, "compare", "1", "1"}), 1);
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("both are run 1"), Not(HasSubstr("times as"))));
+}
+
 // A database that lcrig wrote before probe and load cell had a name.
-TEST_F(CompareRuns, ARunOfAnOldSchemaSharesNothing) {
-  const std::string old = cli.dir.file("old.db");
-  std::filesystem::copy_file("tests/old_databases/schema-9.sqlite", old);
+class CompareWithOldRuns : public CompareRuns, public testing::WithParamInterface<int> {};
+
+TEST_P(CompareWithOldRuns, ARunOfAnOldSchemaSharesNothing) {
+  const std::string old = cli.dir.file("old.db"), both = cli.dir.file("both.db");
+  std::filesystem::copy_file("tests/old_databases/schema-" + std::to_string(GetParam()) + ".sqlite",
+                             old);
   std::filesystem::permissions(old, std::filesystem::perms::owner_write,
                                std::filesystem::perm_options::add);
-  cli.run({"--db", old, "compare", "1", "1", "--json"});
+  ASSERT_TRUE(open_read_write(old));  // brings its schema up to date
+  ASSERT_EQ(cli.run({"--db", db, "runs", "copy", "1", "--to", both}), 0) << cli.err.str();
+  ASSERT_EQ(cli.run({"--db", old, "runs", "copy", "1", "--to", both}), 0) << cli.err.str();
+  cli.run({"--db", both, "compare", "1", "2", "--json"});
   const json comparisons = json::parse(cli.out.str())["comparisons"];
-  EXPECT_FALSE(comparisons.empty());
+  bool answered = false;
   for (const json& c : comparisons) {
-    EXPECT_TRUE(c["shared"].empty()) << c;
+    // Schema 10 has the meter's corrections, so those runs prove which meter it was.
+    const std::string shared = c["shared"].dump();
+    EXPECT_TRUE(shared == "[]" || (GetParam() == 10 && shared.starts_with("[\"meter"))) << c;
+    EXPECT_THAT(shared, Not(testing::AnyOf(HasSubstr("load cell"), HasSubstr("probe"))));
+    answered = answered || c["refused"].is_null();
   }
+  EXPECT_TRUE(answered) << comparisons;
 }
+INSTANTIATE_TEST_SUITE_P(All, CompareWithOldRuns, testing::Values(8, 9, 10));
 
 }  // namespace
 }  // namespace lcrig::cli
