@@ -78,6 +78,7 @@ json of(const RangeResult& r, const PressureArea& pressure) {
             {"between_repeats_p", number(r.between_repeats_p)},
             {"remark", r.sensitivity.reason},
             {"expanded_uncertainty", nullptr},
+            {"not_included", r.uncertainty.gaps()},
             {"on_disc",
              {{"from_kPa", disc_kPa(r.range.from_kPa)},
               {"to_kPa", disc_kPa(r.range.to_kPa)},

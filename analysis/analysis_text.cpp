@@ -2,6 +2,7 @@
 #include "analysis/analysis_text.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +34,8 @@ std::string interval_text(const Estimate& e) {
                      rounded((*e.interval)[1], e.standard_error));
 }
 
-void append_metric(std::string& out, const std::string& name, const Metric& m) {
+void append_metric(std::string& out, const std::string& name, const Metric& m,
+                   const Uncertainty* u) {
   if (!m) {
     out += fmt::format("  {:<38} -  ({})\n", name, m.reason);
     return;
@@ -43,10 +45,16 @@ void append_metric(std::string& out, const std::string& name, const Metric& m) {
                      m.rows);
   if (!m.reason.empty()) out += fmt::format("  {:<38}   {}\n", "", m.reason);
   if (!m.estimand.empty()) out += fmt::format("    {}\n", m.estimand);
+  if (u == nullptr) return;
+  if (const auto gaps = u->gaps(); !gaps.empty()) {
+    out += fmt::format("    for the specimen's own +- at least {:.2g}; not included: {}\n",
+                       u->expanded, fmt::join(gaps, ", "));
+  }
 }
 
 void append_range(std::string& out, const RangeResult& r) {
-  append_metric(out, fmt::format("sensitivity {}, fF/kPa", range_text(r.range)), r.sensitivity);
+  append_metric(out, fmt::format("sensitivity {}, fF/kPa", range_text(r.range)), r.sensitivity,
+                r.uncertainty.parts.empty() ? nullptr : &r.uncertainty);
   if (!r.sensitivity) return;
   const std::string r2 = r.r_squared ? fmt::format("{:.4f}", *r.r_squared) : "-";
   out += fmt::format("    {} points, {} pressures, R2 {}; {}\n", r.points, r.pressures, r2,
@@ -93,8 +101,9 @@ void append_uncertainty(std::string& out, const Uncertainty& b) {
     out += fmt::format("  {:<24} {:<10.3g} {} {:<5} {:<8} {}\n", p.name, p.standard_uncertainty,
                        to_string(p.kind), freedom, p.shrinks ? "shrinks" : "stays", p.basis);
   }
-  out += fmt::format("  combined {:.3g}, expanded {:.3g} (k = {:.2f}, {:g} %)\n", b.combined,
-                     b.expanded, b.coverage_factor, b.confidence * 100);
+  out += fmt::format("  combined {:.3g}, expanded {}{:.3g} (k = {:.2f}, {:g} %)\n", b.combined,
+                     b.gaps().empty() ? "" : "at least ", b.expanded, b.coverage_factor,
+                     b.confidence * 100);
   for (const UncertaintyPart& p : b.parts) {
     if (p.is_gap) out += fmt::format("  not included: {}: {}\n", p.name, p.basis);
   }
@@ -140,7 +149,7 @@ std::string to_text(const RunAnalysis& a) {
     if (range < a.ranges.size() && m == &a.ranges[range].sensitivity) {
       append_range(out, a.ranges[range++]);
     } else {
-      append_metric(out, m->name, *m);
+      append_metric(out, m->name, *m, a.uncertainty_of(*m));
     }
   }
   append_regions(out, a);

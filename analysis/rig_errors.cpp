@@ -66,12 +66,17 @@ void set_errors_of_meter(const RigRecord& record, const RigAccuracy& stated, dou
       fmt::format("basic accuracy: limits of {:.3g} %, rectangular{}", a->total * 100, place)};
 }
 
+const char* unknown_state(const RigRecord& record) {
+  return record.planned ? "whether it will be on is not known"
+                        : "whether it was on is not recorded";
+}
+
 // A parallel capacitance adds to every reading and to no change.
 RigError error_of_open(const RigRecord& record, const RigAccuracy& stated) {
   const auto& meter = record.corrections;
   const auto on = meter ? meter->open.on : std::nullopt;
   if (on == true) return {0, correction_words(meter->open, record.at_unix_ns)};
-  const std::string state = on ? "off" : std::string("whether it was on is not recorded");
+  const std::string state = on ? "off" : unknown_state(record);
   const auto recorded_F = meter ? meter->stray_limit_F : std::nullopt;
   if (!stated.stray_limit_fF && !recorded_F) {
     return {{},
@@ -91,7 +96,7 @@ RigError error_of_short(const RigRecord& record, double capacitance_F) {
   const auto& meter = record.corrections;
   const auto on = meter ? meter->short_circuit.on : std::nullopt;
   if (on == true) return {0, correction_words(meter->short_circuit, record.at_unix_ns)};
-  std::string why = on ? "off" : "whether it was on is not recorded";
+  std::string why = on ? "off" : unknown_state(record);
   why += ": the series impedance of leads and fixture is in every reading";
   if (record.setting && capacitance_F > 0) {
     const double per_ohm = 2 * std::numbers::pi * record.setting->frequency_Hz * capacitance_F;
@@ -143,6 +148,19 @@ UncertaintyPart part_of(std::string name, const RigError& error, double per_unit
   p.basis = error.basis;
   p.source = error.source;
   return p;
+}
+
+std::vector<UncertaintyPart> parts_of_meter_gain(const RigErrors& errors, double value) {
+  std::vector<UncertaintyPart> out{part_of("meter gain", errors.meter_gain, value)};
+  if (!errors.short_correction.limit) {
+    out.push_back(part_of("short correction", errors.short_correction, value));
+  }
+  if (!errors.leads.limit) out.push_back(part_of("leads", errors.leads, value));
+  return out;
+}
+
+UncertaintyPart part_of_open_correction(const RigErrors& errors, double per_F) {
+  return part_of("open correction", errors.open_correction, per_F);
 }
 
 UncertaintyPart gap(std::string name, std::string why) {

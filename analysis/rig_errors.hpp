@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "analysis/meter_accuracy.hpp"
 #include "analysis/uncertainty.hpp"
@@ -37,6 +38,7 @@ struct RigRecord {
   std::optional<double> force_class_percent;  // of the load cell
   std::optional<MeterCorrections> corrections;  // absent: the run did not ask for them
   std::int64_t at_unix_ns = 0;  // the time of `corrections`
+  bool planned = false;  // nothing is recorded yet
 };
 
 // Limits of an error between which all values are equally likely.
@@ -64,6 +66,12 @@ std::string name_of_area(const RigErrors& errors);  // "area of the probe"
 
 // The part of a result that changes by `per_unit` for an error of one.
 UncertaintyPart part_of(std::string name, const RigError& error, double per_unit);
+
+// The errors of the meter that scale all changes of the capacitance. The corrections and leads are
+// named only where they are gaps.
+std::vector<UncertaintyPart> parts_of_meter_gain(const RigErrors& errors, double value);
+// A capacitance parallel to the specimen. `per_F`: change of the result for one farad.
+UncertaintyPart part_of_open_correction(const RigErrors& errors, double per_F);
 
 // A part that is named but not in the uncertainty.
 UncertaintyPart gap(std::string name, std::string why);

@@ -77,18 +77,12 @@ UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
       basis);
 }
 
-// The errors of the meter that scale all changes of the capacitance.
 void add_meter_gain(const RigErrors& rig, double value, Uncertainty& b) {
-  b.parts.push_back(part_of("meter gain", rig.meter_gain, value));
-  for (const auto& [name, error] :
-       {std::pair("short correction", &rig.short_correction), std::pair("leads", &rig.leads)}) {
-    if (!error->limit) b.parts.push_back(part_of(name, *error, value));
-  }
+  for (UncertaintyPart& p : parts_of_meter_gain(rig, value)) b.parts.push_back(std::move(p));
 }
 
-// A capacitance parallel to the specimen. `per_F`: change of the result for one farad.
 void add_open_correction(const RigErrors& rig, double per_F, Uncertainty& b) {
-  b.parts.push_back(part_of("open correction", rig.open_correction, per_F));
+  b.parts.push_back(part_of_open_correction(rig, per_F));
 }
 
 void add_pressure(const RigErrors& rig, double per_relative, Uncertainty& b) {

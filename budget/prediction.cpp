@@ -39,6 +39,7 @@ RigErrors rig_errors_of(const PlannedRun& run, const RigAccuracy& rig) {
   record.pressure = run.pressure;
   record.dead_weights = run.dead_weights;
   record.force_class_percent = run.force_class_percent;
+  record.planned = true;
   return rig_errors(record, rig, run.c0_F);
 }
 
@@ -123,7 +124,9 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
     return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
   }
   Prediction p = predicted(name, "fF/kPa", *parts, run);
-  add_error(p.uncertainty, "meter gain", rig.meter_gain, p.value);
+  for (UncertaintyPart& part : parts_of_meter_gain(rig, p.value)) {
+    p.uncertainty.parts.push_back(std::move(part));
+  }
   add_error(p.uncertainty, "force", rig.force, p.value);
   add_error(p.uncertainty, name_of_area(rig), rig.area, p.value);
   if (parts->alignment > 0) {
@@ -145,6 +148,7 @@ Prediction predict_range(const PlannedRun& run, const RigErrors& rig, double con
   }
   Prediction p = predicted("dynamic range", "%", *parts, run);
   add_error(p.uncertainty, "meter offset in C0", rig.meter_offset, p.value / run.c0_F);
+  p.uncertainty.parts.push_back(part_of_open_correction(rig, p.value / run.c0_F));
   const PlannedCycle& c = run.cycles.front();
   const double h = 0.01 * c.peak_kPa;
   const double slope = (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -27,6 +28,11 @@ bool has_own_column(const RunAnalysis& a, const Metric& metric) {
   return std::ranges::find(known, &metric) != std::end(known);
 }
 
+// With a name here, the expanded uncertainty is a lower limit.
+std::string not_included(const Uncertainty* u) {
+  return u == nullptr ? "" : fmt::format("{}", fmt::join(u->gaps(), "; "));
+}
+
 void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
   for (const char* name : {"run", "specimen", "protocol", "simulated", "exit_status",
                            "chain_intact", "fresh_readings"}) {
@@ -41,12 +47,15 @@ void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
   for (const RangeResult& r : analysis.ranges) {
     const std::string name = column_name(analysis, r.sensitivity);
     out.word(name + "_expanded_uncertainty");
+    out.word(name + "_not_included");
     out.word(name + "_r_squared");
     out.word(name + "_estimand");
   }
   for (const Metric* metric : analysis.chosen()) out.word(metric->name + "_estimand");
   for (const Metric* metric : analysis.metrics()) {
-    if (has_own_column(analysis, *metric)) out.word(metric->name + "_expanded_uncertainty");
+    if (!has_own_column(analysis, *metric)) continue;
+    out.word(metric->name + "_expanded_uncertainty");
+    out.word(metric->name + "_not_included");
   }
   out.word("confidence");
 }
@@ -90,6 +99,7 @@ void write_run(const ReportRun& run, CsvWriter& out) {
   for (const RangeResult& r : run.analysis.ranges) {
     const bool known = !r.uncertainty.parts.empty();
     out.significant(known ? std::optional(r.uncertainty.expanded) : std::nullopt, 3);
+    out.text(not_included(&r.uncertainty));
     out.significant(r.r_squared, kDigits);
     out.text(r.sensitivity.estimand);
   }
@@ -98,6 +108,7 @@ void write_run(const ReportRun& run, CsvWriter& out) {
     if (!has_own_column(run.analysis, *metric)) continue;
     const Uncertainty* u = run.analysis.uncertainty_of(*metric);
     out.significant(u != nullptr ? std::optional(u->expanded) : std::nullopt, 3);
+    out.text(not_included(u));
   }
   out.significant(run.analysis.options.confidence, kDigits);
 }

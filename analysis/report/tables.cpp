@@ -37,10 +37,16 @@ Cell quoted(const RunAnalysis& analysis, const Metric& metric) {
     const auto se = metric.estimate->standard_error;
     return {measured(metric) + (se ? " (standard error)" : ""), Cell::Kind::number};
   }
-  return {
-      measured(metric.value(), u->expanded) +
-          fmt::format(" ({:g} %, k = {})", u->confidence * 100, plain_number(u->coverage_factor)),
-      Cell::Kind::number};
+  const auto gaps = u->gaps();
+  const std::string scope =
+      fmt::format("{:g} %, k = {}", u->confidence * 100, plain_number(u->coverage_factor));
+  if (gaps.empty()) {
+    return {measured(metric.value(), u->expanded) + " (" + scope + ")", Cell::Kind::number};
+  }
+  return {number(metric.value(), u->expanded) + " ± at least " + number(u->expanded, u->expanded) +
+              " (" + scope + "; not included: " + text(fmt::format("{}", fmt::join(gaps, ", "))) +
+              ")",
+          Cell::Kind::number};
 }
 
 std::string headline_table(const RunAnalysis& a) {
@@ -250,7 +256,7 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
     if (b.parts.empty()) continue;
     const double k = b.coverage_factor;
     out += "<h4>" + text(b.quantity) + ": " + number(b.value, b.combined) + " " + text(b.unit) +
-           " ± " + number(b.expanded, b.combined) +
+           " ± " + (b.gaps().empty() ? "" : "at least ") + number(b.expanded, b.combined) +
            fmt::format(" ({:.0f} %, k = {})", b.confidence * 100, plain_number(k)) + "</h4>\n";
     if (!b.estimand.empty()) out += paragraph(text(b.estimand), "small");
     Table table{"part",

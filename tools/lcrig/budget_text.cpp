@@ -39,13 +39,16 @@ json to_json(const Prediction& p, const PressureArea& pressure) {
   out["dominating"] = p.uncertainty.dominating() ? p.uncertainty.dominating()->name : "";
   json parts = json::array();
   for (const UncertaintyPart& part : p.uncertainty.parts) {
-    parts.push_back({{"part", part.name},
-                     {"standard_uncertainty", part.standard_uncertainty},
-                     {"kind", to_string(part.kind)},
-                     {"shrinks", part.shrinks},
-                     {"basis", part.basis}});
+    parts.push_back(
+        {{"part", part.name},
+         {"included", !part.is_gap},
+         {"standard_uncertainty", part.is_gap ? json(nullptr) : json(part.standard_uncertainty)},
+         {"kind", to_string(part.kind)},
+         {"shrinks", part.shrinks},
+         {"basis", part.basis}});
   }
   out["parts"] = std::move(parts);
+  out["not_included"] = p.uncertainty.gaps();
   return out;
 }
 
@@ -106,9 +109,13 @@ void append_row(const BudgetPoint& p, std::string& out) {
       continue;
     }
     const auto* most = r.uncertainty.dominating();
+    const auto gaps = r.uncertainty.gaps();
+    const auto expanded =
+        fmt::format("{}{:.2g}", gaps.empty() ? "" : ">= ", r.uncertainty.expanded);
     out +=
-        fmt::format(" {:>10.4g} {:>10.2g} +-{:>6.3g}% {:>10.2g}  {}\n", r.value, r.standard_error,
-                    r.relative_half_width() * 100, r.uncertainty.expanded, most ? most->name : "");
+        fmt::format(" {:>10.4g} {:>10.2g} +-{:>6.3g}% {:>10}  {}{}\n", r.value, r.standard_error,
+                    r.relative_half_width() * 100, expanded, most ? most->name : "",
+                    gaps.empty() ? "" : fmt::format("; not included: {}", fmt::join(gaps, ", ")));
   }
   if (!p.note.empty()) out += fmt::format("{:38}  {}\n", "", p.note);
   if (p.noise_guessed) {

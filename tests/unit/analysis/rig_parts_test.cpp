@@ -308,6 +308,16 @@ TEST(RigParts, OtherGapsAreNamedToo) {
               testing::IsSupersetOf({"meter specification", "open correction"}));
 }
 
+// A number beside a gap must not look like the whole uncertainty.
+TEST(RigParts, WithAGapTheTextPrintsALowerLimitAndNamesIt) {
+  StatedRig hot;
+  hot.options.rig.meter.temperature_C = 80;
+  const std::string text = to_text(analysis_of(hot, quiet_run()));
+  EXPECT_THAT(text, HasSubstr("for the specimen's own +- at least "));
+  EXPECT_THAT(text, HasSubstr("not included: meter specification"));
+  EXPECT_THAT(text, HasSubstr("expanded at least "));
+}
+
 // Every metric that has an uncertainty is found by it, and the results are those of the list.
 TEST(RigParts, EachResultHasItsUncertainty) {
   const RunAnalysis a = analysis_of(StatedRig(), quiet_run());

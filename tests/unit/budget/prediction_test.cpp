@@ -257,6 +257,28 @@ TEST(Budget, SystematicPartsDoNotShrink) {
   EXPECT_FALSE(many[0].uncertainty.dominating()->shrinks);
 }
 
+const UncertaintyPart* part_in(const Prediction& p, const std::string& name) {
+  const auto it = std::ranges::find(p.uncertainty.parts, name, &UncertaintyPart::name);
+  return it == p.uncertainty.parts.end() ? nullptr : &*it;
+}
+
+TEST(Budget, HasTheCorrectionsOfTheMeterAsTheAnalysisHas) {
+  const PlannedRun run = static_run(16, 2);
+  const auto unknown = predict(run);
+  EXPECT_THAT(unknown[0].uncertainty.gaps(), testing::Contains("short correction"));
+  EXPECT_THAT(unknown.back().uncertainty.gaps(), testing::Contains("open correction"));
+  EXPECT_THAT(part_in(unknown.back(), "open correction")->basis, HasSubstr("will be on"));
+  AnalysisOptions options;
+  options.rig.stray_limit_fF = 200;
+  const auto stated = predict_errors(run, options).value();
+  const UncertaintyPart* open = part_in(stated.back(), "open correction");
+  ASSERT_TRUE(open != nullptr);
+  EXPECT_FALSE(open->is_gap);
+  // 200 of 4000 fF: five percent of the dynamic range.
+  EXPECT_NEAR(open->standard_uncertainty, 0.05 * stated.back().value / std::sqrt(3), 1e-12);
+  EXPECT_GE(stated.back().uncertainty.combined, open->standard_uncertainty);
+}
+
 TEST(Budget, ForceClassIsRectangular) {
   PlannedRun run = static_run(16, 1);
   AnalysisOptions options;
