@@ -273,6 +273,7 @@ struct CycleResults {
   Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
   Metric mullins;  // mullins_index_percent
   std::vector<SlopePart> parts_of_force_sensitivity;  // scatter, drift
+  std::vector<SlopePart> parts_of_dynamic_range;  // scatter, drift, recovery; percent
   // Change of the rate of force with force, and the largest standard uncertainty of an instant.
   double force_rate_tilt_per_s = 0, instant_s = 0;
 };

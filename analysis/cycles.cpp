@@ -8,6 +8,7 @@
 #include "analysis/least_squares.hpp"
 #include "analysis/metrics.hpp"
 #include "analysis/peak_curve.hpp"
+#include "analysis/recovery.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -227,7 +228,23 @@ std::optional<SlopePart> error_of_single(const Scene& scene, std::optional<doubl
   return SlopePart{*se, std::max(1.0, scene.correlation.freedom_of(scale))};
 }
 
-void calc_dynamic_range(const Scene& scene, double c0_pF, CycleResults& out) {
+// All cycles share the error of the drift that is subtracted, and what of it is recovery.
+void add_common_errors_of_dynamic_range(const Scene& scene, const DriftLeft& left_fF, double c0_pF,
+                                        CycleResults& out) {
+  const Estimate e = *out.dynamic_range.estimate;
+  if (!e.standard_error) return;
+  out.parts_of_dynamic_range = {{*e.standard_error, e.degrees_of_freedom.value_or(kExact)}};
+  if (!scene.drift.known()) return;
+  for (SlopePart part : {left_fF.rate, left_fF.recovery}) {
+    part.se *= std::abs(100 / (c0_pF * 1e3));
+    out.parts_of_dynamic_range.push_back(part);
+  }
+  out.dynamic_range.estimate =
+      estimate_of_parts(e.value, out.parts_of_dynamic_range, scene.options.confidence);
+}
+
+void calc_dynamic_range(const Scene& scene, const DriftLeft& left_fF, double c0_pF,
+                        CycleResults& out) {
   const double confidence = scene.options.confidence;
   std::vector<double> percents;
   std::vector<LinePoint> line_points;
@@ -244,6 +261,7 @@ void calc_dynamic_range(const Scene& scene, double c0_pF, CycleResults& out) {
   out.dynamic_range.estimate = mean_of_cycles(
       percents, error_of_single(scene, first.dynamic_range_se_percent, first.peak_freedom),
       confidence);
+  add_common_errors_of_dynamic_range(scene, left_fF, c0_pF, out);
   if (out.cycles.size() == 1) out.dynamic_range.reason = kOneCycle;
   if (rises && falls) {
     out.dynamic_range.reason =
@@ -309,9 +327,11 @@ void add_common_errors_of_force_sensitivity(const Scene& scene, const HoldResult
 }
 
 void name_metrics(CycleResults& out) {
-  out.dynamic_range = metric("dynamic_range", "%",
-                             "mean over the cycles of (C at the largest force - C at rest before "
-                             "the cycle) / C0; standard error from the scatter between cycles");
+  out.dynamic_range =
+      metric("dynamic_range", "%",
+             "mean over the cycles of (C at the largest force - C at rest before "
+             "the cycle) / C0, drift subtracted; standard error from the scatter between "
+             "cycles, from the drift, and from what of it may be recovery");
   out.dynamic_range_drift =
       metric("dynamic_range_drift", "% per cycle", "slope of the dynamic range over the cycles");
   out.mullins = metric("mullins_index", "%",
@@ -363,10 +383,11 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
     out.cycles.push_back(against_rest(scene, loading, c0));
   }
   leave_out_other_loadings(scene, out);
+  const DriftLeft left_fF = take_out_recovery(scene, holds.creep, out.cycles);
   set_branch_slopes(scene, holds, out.cycles);
   calc_force_sensitivity(scene, out);
   if (c0 && c0.value() != 0) {
-    calc_dynamic_range(scene, c0.value(), out);
+    calc_dynamic_range(scene, left_fF, c0.value(), out);
   } else {
     out.dynamic_range.reason = out.dynamic_range_drift.reason = c0 ? "C0 is 0" : "there is no C0";
   }

@@ -2,6 +2,7 @@
 // The change of capacitance from C0 to the highest level.
 
 #include "analysis/metrics.hpp"
+#include "analysis/recovery.hpp"
 
 namespace lcrig {
 
@@ -42,21 +43,10 @@ SlopePart error_of_drift(const Drift& drift, const std::vector<double>& times_s)
 // baseline, which looks like drift. Its size is estimated as the difference to a drift whose rate
 // comes from the rests after loads alone.
 SlopePart recovery(const Scene& scene, const std::vector<double>& times_s) {
-  std::vector<RestNode> nodes = scene.drift.nodes();
-  const bool first_is_baseline = !scene.loadings.empty() && !nodes.empty() &&
-                                 nodes.front().t_s < scene.loadings.front().begin_s;
-  if (nodes.size() < 3 || !first_is_baseline) return {};
-  std::vector<LinePoint> after;
-  for (std::size_t k = 1; k < nodes.size(); ++k) {
-    after.push_back({nodes[k].t_s, nodes[k].fF, nodes[k].readings});
-  }
-  const auto line = fit_line(after);
-  if (!line) return {};
-  nodes.front().fF = line->at(nodes.front().t_s);
-  Drift of_rests(nodes);
-  of_rests.follow(scene.drift.followed());
+  const auto of_rests = drift_of_rests(scene);
+  if (!of_rests) return {};
   RunningMean more_fF;
-  for (const double t : times_s) more_fF.add(scene.drift.at(t) - of_rests.at(t));
+  for (const double t : times_s) more_fF.add(scene.drift.at(t) - of_rests->at(t));
   return {rectangular(more_fF.mean)};
 }
 

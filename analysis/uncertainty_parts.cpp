@@ -214,7 +214,7 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
   Uncertainty b = begin(out.dynamic_range, "dynamic range", "%", UncertainResult::dynamic_range);
   const bool several = out.cycles.size() > 1;
-  b.parts.push_back(scatter(*out.dynamic_range.estimate,
+  b.parts.push_back(scatter(out.parts_of_dynamic_range.front(),
                             several ? "scatter between cycles" : "scatter of the readings"));
   const double c0_pF = basis.baseline.c0.value();
   const RigErrors rig = rig_errors_of(scene, c0_pF);
@@ -232,6 +232,13 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
     b.parts[i].basis += ", times the slope of the curve at the peak";
   }
   b.parts[b.parts.size() - 2].name = "force at the peak";
+  const auto& common = out.parts_of_dynamic_range;
+  add_drift_part(basis.baseline.drift, common.size() > 1 ? common[1] : SlopePart(), b);
+  if (common.size() > 2) {
+    b.parts.push_back(part("recovery at the rests", common[2].se,
+                           "what of the drift is, or may be, a specimen that recovers from its "
+                           "loads: limits, rectangular"));
+  }
   add_other_choices_of_dynamic_range(basis, b);
   if (const double turn = turn_percent(scene, out.cycles, c0_pF); turn > 0) {
     b.parts.push_back(part("turn within a window", turn,
