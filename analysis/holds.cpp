@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds stretches of steady load and computes creep, drift and settling from them.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -198,7 +200,17 @@ void fit_settling(const Series& s, double rest_fF, HoldResult& h) {
   h.time_constant_s = tau;
   const double band = kSettled * std::abs(best->value[0] - rest_fF);
   const double step = std::abs(best->value[1]);
-  h.settling_s = step > band && band > 0 ? tau * std::log(step / band) : 0;
+  const double variance = best->residual_ss / std::max(1.0, best->freedom);
+  const double step_se = std::sqrt(variance * best->unit_covariance[3]);
+  // What settled before the first reading, or by less than the noise, has no known time.
+  if (!(step - band > kResolved * step_se)) {
+    h.reason = fmt::format(
+        "settling is not resolved: the creep within the hold, {:.3g} fF, is not "
+        "beyond 2 % of the change from rest and the noise",
+        step);
+    return;
+  }
+  h.settling_s = tau * std::log(step / band);
 }
 
 HoldResult result_of(const Scene& scene, const RestedLoading& c, const HoldStretch& s) {
@@ -249,19 +261,28 @@ void calc_creep(const Scene& scene, HoldResults& out) {
                                 scene.options.confidence);
 }
 
+// Creep that one of many holds shows may be chance, so more than half of them must show it.
 void calc_settling(double confidence, HoldResults& out) {
   RunningMean s;
+  std::int64_t rows = 0;
   for (const HoldResult& h : out.holds) {
     if (!h.settling_s) continue;
     s.add(*h.settling_s);
-    out.settling.rows += h.readings;
+    rows += h.readings;
   }
-  if (s.count == 0) {
-    out.settling.reason =
-        out.holds.empty() ? "no steady load of 2 s and ten readings"
-                          : "no hold shows creep beyond its noise that one exponential describes";
+  if (out.holds.empty()) {
+    out.settling.reason = "no steady load of 2 s and ten readings";
     return;
   }
+  if (2 * s.count <= std::ssize(out.holds)) {
+    out.settling.reason = fmt::format(
+        "not resolved: {} of {} holds show creep beyond 2 % and their noise that one exponential "
+        "describes",
+        s.count, out.holds.size());
+    return;
+  }
+  out.settling.rows = rows;
+  if (s.count < 2) out.settling.reason = "one hold: no scatter";
   out.settling.estimate =
       s.count < 2 ? Estimate(s.mean)
                   : estimate(s.mean, s.mean_se(), static_cast<double>(s.count - 1), confidence);

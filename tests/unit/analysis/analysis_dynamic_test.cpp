@@ -100,6 +100,38 @@ TEST(Analyse, CreepUnderAHeldLoadHasItsTimeConstant) {
   EXPECT_GT(a.creep.value(), 2);
 }
 
+// Holds of 300 fF, each with an exponential of this size in fF.
+RunAnalysis of_holds(const std::vector<double>& creep_fF) {
+  SyntheticRun run;
+  run.begin();
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) run.reading(3.65e-12 + 1e-15 * normal(random), 0);
+  for (const double size : creep_fF) {
+    const double begin = run.t_s;
+    while (run.t_s < begin + 30) {
+      const double creep = size * 1e-15 * std::exp(-(run.t_s + 0.06 - begin) / 4);
+      run.reading(3.65e-12 + 300e-15 - creep + 1e-15 * normal(random), 0.5);
+    }
+    for (int i = 0; i < 50; ++i) run.reading(3.65e-12 + 1e-15 * normal(random), 0);
+  }
+  run.end();
+  return analysed(run);
+}
+
+TEST(Analyse, SettlingIsNotAZeroWhereItIsNotResolved) {
+  const auto within = of_holds({5, 5, 5});  // 6 fF are 2 % of the change from rest
+  ASSERT_EQ(within.holds.size(), 3U);
+  EXPECT_TRUE(within.holds[0].resolved);
+  EXPECT_FALSE(within.holds[0].settling_s);
+  EXPECT_FALSE(within.settling) << within.settling.value();
+  EXPECT_NE(within.settling.reason.find("not resolved: 0 of 3"), std::string::npos);
+  EXPECT_FALSE(of_holds({0, 0, 0, 30}).settling) << "one of four may be chance";
+  const auto all = of_holds({30, 30, 30});
+  ASSERT_TRUE(all.settling) << all.settling.reason;
+  EXPECT_NEAR(all.settling.value(), 4 * std::log(30.0 / 6), 2);
+}
+
 TEST(Analyse, NoCreepIsNotCalledCreep) {
   const auto a = of_static(SyntheticRun::Static());
   EXPECT_EQ(a.holds.size(), 40U);
