@@ -92,6 +92,17 @@ std::string PressureArea::words() const {
       probe, *on_disc() * 100, disc, spread);
 }
 
+std::string PressureArea::words(double force_N) const {
+  const auto kPa = [force_N](double area_m2) { return force_N / area_m2 * 1e-3; };
+  const auto probe = probe_area_m2();
+  if (!probe) return {};
+  std::string out = fmt::format(" = {:.4g} kPa over the probe", kPa(*probe));
+  if (!differs()) return out;
+  const std::string disc = mm(disc_diameter_m);
+  if (presses_part()) return out + ", which presses only a part of the disc of " + disc;
+  return out + fmt::format(" = {:.4g} kPa on the disc of {}", kPa(*disc_area_m2()), disc);
+}
+
 Result<> require_area(const PressureArea& pressure) {
   if (pressure.on == PressureOn::probe) {
     if (pressure.probe_diameter_m) return {};

@@ -46,6 +46,9 @@ struct PressureArea {
   std::optional<double> on_disc() const;
   // Which pressure is meant and what the disc gets; empty where probe and disc agree.
   std::string words() const;
+  // The same for one force, to follow its size: " = 94 kPa over the probe = 375 kPa on the disc of
+  // 4 mm". Empty: the probe is not known.
+  std::string words(double force_N) const;
 };
 
 // Errors: invalid_request: the area of the stated body is not known, or the disc is stated although

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/force_class.hpp"
+#include "base/pressure_area.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/task.hpp"
@@ -130,6 +131,8 @@ class LoadFrame {
   virtual Task<Result<>> zero(bool force, bool travel) = 0;
   // Dead weights: asks the person, and returns when the mass is on the rod. 0 kg: no weights.
   virtual Task<Result<MotionOutcome>> place_mass(Mass mass) = 0;
+  // What dead weights press, to say in the prompts which pressure the force is.
+  virtual void show_pressure(const PressureArea& /*pressure*/) {}
   // Stops at once. Valid in every state, never queued behind another command, idempotent. Returns
   // when the device has confirmed standstill.
   virtual Task<Result<>> stop() = 0;

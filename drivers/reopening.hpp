@@ -80,6 +80,7 @@ class ReopeningFrame final : public LoadFrame {
   Task<Result<>> hold_force(Force force) override { return inner_->hold_force(force); }
   Task<Result<>> zero(bool force, bool travel) override { return inner_->zero(force, travel); }
   Task<Result<MotionOutcome>> place_mass(Mass mass) override { return inner_->place_mass(mass); }
+  void show_pressure(const PressureArea& pressure) override { inner_->show_pressure(pressure); }
   Task<Result<>> stop() override { return inner_->stop(); }
   Task<Result<>> resync() override { return inner_->resync(); }
   Task<Result<Identity>> reconnect() override;

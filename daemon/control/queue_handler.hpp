@@ -32,6 +32,7 @@ struct EntryPlan {
   std::int64_t measure_readings = 0, bytes = 0;
   double peak_force_N = 0;
   bool moves = true;  // whether it commands the frame
+  std::string pressure;  // PressureArea::words(): empty where probe and disc agree
 };
 
 // A table of runs (docs/batch-file.md), with the texts that its cells name.
@@ -51,6 +52,7 @@ struct BatchAdded {
   std::int64_t measure_readings = 0, bytes = 0;
   std::int64_t unplanned = 0;
   std::string why_not;  // why some entries have no plan
+  std::vector<std::string> pressures;  // EntryPlan::pressure, each once
 };
 
 struct QueueAdded {

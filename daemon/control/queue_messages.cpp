@@ -90,6 +90,7 @@ void fields(F& f, Of<F, EntryPlan>& p) {
   f.number("peak_force_N", p.peak_force_N);
   f.boolean("moves", p.moves);
   f.text("why_not", p.why_not);
+  f.text("pressure", p.pressure);
   f.quantity("duration_s", p.duration_s, 0);
 }
 
@@ -115,7 +116,8 @@ json to_json(const BatchAdded& a) {
               {"measure_readings", a.measure_readings},
               {"bytes", a.bytes},
               {"unplanned", a.unplanned},
-              {"why_not", a.why_not}};
+              {"why_not", a.why_not},
+              {"pressures", a.pressures}};
 }
 
 json to_json(const ListedEntry& e) {

@@ -59,6 +59,7 @@ EntryPlan entry_plan(const Plan& plan, bool moves) {
   out.bytes = plan.bytes;
   out.peak_force_N = plan.peak_force_N;
   out.moves = moves;
+  out.pressure = plan.pressure.words();
   return out;
 }
 

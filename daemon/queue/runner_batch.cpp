@@ -110,6 +110,10 @@ BatchAdded sum_of_batch(const WantedBatch& batch) {
     out.duration_s += plan.duration_s.value_or(0);
     out.measure_readings += plan.measure_readings;
     out.bytes += plan.bytes;
+    if (!plan.pressure.empty() &&
+        std::ranges::find(out.pressures, plan.pressure) == out.pressures.end()) {
+      out.pressures.push_back(plan.pressure);
+    }
     if (plan.duration_s) continue;
     ++out.unplanned;
     out.why_not = plan.why_not;

@@ -128,9 +128,6 @@ Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame(WireLogOf log) {
   if (config_.frame_driver == FrameDriver::dead_weight) {
     DeadWeightSettings settings;
     settings.g_m_s2 = config_.fixture.local_gravity_m_s2;
-    if (const auto area_m2 = config_.fixture.probe_area_m2()) {
-      settings.probe_area = Area::from_si(*area_m2);
-    }
     frame = std::make_unique<DeadWeightFrame>(person_, clock_, executor_, settings);
     co_return frame;
   }

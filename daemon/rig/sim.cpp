@@ -127,9 +127,6 @@ class BenchInstruments final : public SimulatedInstruments {
     person_ = acting_person_.get();
     DeadWeightSettings settings;
     settings.g_m_s2 = request.bench.fixture.local_gravity_m_s2;
-    if (const auto area_m2 = request.bench.fixture.probe_area_m2()) {
-      settings.probe_area = Area::from_si(*area_m2);
-    }
     auto rod = std::make_unique<DeadWeightFrame>(*person_, clock_, executor_, settings);
     rod_ = rod.get();
     frame_ = std::move(rod);

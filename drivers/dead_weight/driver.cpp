@@ -54,6 +54,7 @@ struct DeadWeightFrame::State {
   Wakeup sampler, prompt_end;
   Listener* listener = nullptr;
   std::optional<FrameLimits> limits;
+  PressureArea pressure;
   Mass mass, pending;  // on the rod now; requested by the open prompt
   Force force;
   std::int64_t next_seq = 1;
@@ -190,13 +191,14 @@ std::string DeadWeightFrame::prompt(Mass mass) const {
   const double step_g = (mass - state_->mass).si() * 1e3;
   const Force force = force_of(mass);
   std::string total = fmt::format("total {:.6g} g = {:.4g} N", total_g, force.si());
-  if (state_->settings.probe_area) {
-    total += fmt::format(" = {:.4g} kPa over the probe",
-                         (force / *state_->settings.probe_area).si() / 1e3);
-  }
+  total += state_->pressure.words(force.si());
   if (mass.si() == 0) return fmt::format("Remove all weights from the rod ({})", total);
   if (step_g < 0) return fmt::format("Take {:.6g} g off the rod ({})", -step_g, total);
   return fmt::format("Place {:.6g} g on the rod ({})", step_g, total);
+}
+
+void DeadWeightFrame::show_pressure(const PressureArea& pressure) {
+  state_->pressure = pressure;
 }
 
 MotionOutcome DeadWeightFrame::outcome(MotionEnd reason) const {

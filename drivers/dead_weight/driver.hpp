@@ -16,7 +16,6 @@ namespace lcrig {
 struct DeadWeightSettings {
   double g_m_s2 = kStandardGravity_m_s2;  // of the place
   Mass rod;  // rod and plate, whose mass always rests on the specimen
-  std::optional<Area> probe_area;  // to show the pressure in the prompt
   double sample_rate_Hz = 1;
   std::string serial;  // of the weight set's certificate, if any
 };
@@ -45,6 +44,7 @@ class DeadWeightFrame final : public LoadFrame {
   // (force beyond the limits), busy, or the error of the operator's prompt. A stop() during the
   // prompt gives the outcome `stopped` and leaves the mass unchanged.
   Task<Result<MotionOutcome>> place_mass(Mass mass) override;
+  void show_pressure(const PressureArea& pressure) override;
   Task<Result<>> stop() override;  // ends an open prompt at once
   Task<Result<>> resync() override;
   void close() override;

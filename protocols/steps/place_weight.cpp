@@ -51,6 +51,7 @@ Task<Result<>> PlaceWeightStep::execute(RunParts& run, Progress& /*progress*/) c
     auto shown = co_await run.wait_as(RunState::waiting_for_operator);
     waiting.emplace(std::move(shown));
   }
+  run.setup.frame.show_pressure(run.setup.pressure);
   auto placed = co_await run.setup.frame.place_mass(Mass::from_si(mass_kg));
   waiting.reset();
   if (!placed) co_return fail(placed.error());

@@ -1,13 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/cmd_budget_scene.hpp"
 
+#include <fmt/format.h>
+
+#include "base/doc_page.hpp"
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/plan/limits.hpp"
+#include "storage/runs.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 
 namespace lcrig::cli {
+
+Failure bench_refused(const Context& context, const Error& error, BenchRequest bench) {
+  const bool of_a_file = !bench.bench_text.empty() || replay_directory(bench.bench);
+  if (const auto specimen = parse_specimen(bench.specimen_text, bench.specimen_name)) {
+    bench.specimen_text = bench.specimen_name = "";
+    auto rig = context.daemon.bench_rig(bench);
+    if (rig) put_disc(*specimen, rig->pressure);
+    if (rig && !require_whole_disc(rig->pressure)) {
+      return Failure(error,
+                     fmt::format("change one of the two: {} describes the probe, {} the disc "
+                                 "and its plate",
+                                 doc_page("bench-file"), doc_page("specimen-file")));
+    }
+  }
+  const std::string page = doc_page("bench-file");
+  return Failure(error, of_a_file ? "correct the file; " + page + " describes it"
+                                  : page + " tells how to write one");
+}
 
 Outcome<Rig> budget_rig(const Context& context, const std::string& bench,
                         const LibraryFile& specimen, const Protocol& protocol) {
@@ -20,7 +42,7 @@ Outcome<Rig> budget_rig(const Context& context, const std::string& bench,
   request.specimen_text = specimen.text;
   request.weights = places_weights(protocol.steps);
   auto rig = context.daemon.bench_rig(request);
-  if (!rig) return bench_refused(rig.error(), file->has_value());
+  if (!rig) return bench_refused(context, rig.error(), request);
   return std::move(*rig);
 }
 

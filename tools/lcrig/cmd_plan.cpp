@@ -9,6 +9,7 @@
 #include "protocols/expand.hpp"
 #include "protocols/plan/plan.hpp"
 #include "storage/runs.hpp"
+#include "tools/lcrig/cmd_budget_scene.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
@@ -43,7 +44,7 @@ class PlanCommand final : public Command {
     if (!request) return request.error();
     request->weights = places_weights(protocol.steps);
     auto rig = context.daemon.bench_rig(*request);
-    if (!rig) return bench_refused(rig.error(), !request->bench_text.empty());
+    if (!rig) return bench_refused(context, rig.error(), *request);
     auto plan = make_plan(protocol, environment, *rig);
     if (!plan) return plan_refused(context, protocol_, plan.error());
     if (!shows_drift(protocol, environment, *rig, *plan)) {

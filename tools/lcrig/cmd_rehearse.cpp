@@ -12,9 +12,11 @@
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
+#include "model/specimen_file.hpp"
 #include "protocols/plan/check.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "tools/lcrig/cmd_budget_scene.hpp"
 #include "tools/lcrig/cmd_rehearse_batch.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -264,10 +266,15 @@ class RehearseCommand final : public Command {
     BenchRequest bench;
     bench.bench = wanted.bench;
     bench.bench_text = wanted.bench_text;
+    if (auto rig = context.daemon.bench_rig(bench); !rig) {
+      return bench_refused(context, rig.error(), bench);
+    }
+    if (!parse_specimen(wanted.specimen_text, wanted.specimen_name)) return std::nullopt;
+    bench.specimen_name = wanted.specimen_name;
+    bench.specimen_text = wanted.specimen_text;
     const auto rig = context.daemon.bench_rig(bench);
     if (rig) return std::nullopt;
-    const bool of_a_file = !wanted.bench_text.empty() || replay_directory(wanted.bench);
-    return bench_refused(rig.error(), of_a_file);
+    return bench_refused(context, rig.error(), bench);
   }
 
   std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_, answers_;

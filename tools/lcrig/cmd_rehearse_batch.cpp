@@ -28,6 +28,7 @@ struct BatchKind {
   std::vector<const RehearsedEntry*> entries;
   std::vector<Prediction> predictions;
   std::string not_predicted;
+  std::string pressure;  // PressureArea::words()
 };
 
 bool wants_the_same(const BatchEntry& a, const BatchEntry& b) {
@@ -66,6 +67,7 @@ void predict(const Context& context, const std::string& bench, BatchKind& kind) 
   specimen.text = row.specimen_text;
   auto rig = budget_rig(context, bench, specimen, *protocol);
   if (!rig) return refused(rig.error().what);
+  kind.pressure = rig_for(*protocol, *rig).pressure.words();
   auto curve = budget_curve(specimen, *protocol, *environment, *rig);
   if (!curve) return refused(curve.error().what);
   BudgetQuestion question{*protocol, *environment, *rig, *curve, {}, {}, {}, {}};
@@ -99,6 +101,7 @@ json to_json(const BatchKind& k) {
            {"lines", k.lines},
            {"runs", k.entries.size()}};
   out["not_predicted"] = k.not_predicted;
+  out["pressure"] = k.pressure;
   json predictions = json::array();
   for (const Prediction& p : k.predictions) {
     json one{{"quantity", p.quantity}, {"unit", p.unit}, {"reason", p.reason}};
@@ -171,6 +174,14 @@ void print_kind(std::ostream& out, const BatchKind& kind) {
 
 void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchRequest& batch,
                const std::vector<BatchKind>& kinds, double hand_s) {
+  std::vector<std::string> pressures;
+  for (const BatchKind& kind : kinds) {
+    if (kind.pressure.empty() || std::ranges::find(pressures, kind.pressure) != pressures.end()) {
+      continue;
+    }
+    pressures.push_back(kind.pressure);
+    fmt::print(out, "{}\n", kind.pressure);
+  }
   fmt::print(out, "batch {} (simulated): {}, {}\n", printable(r.name, kLongestName),
              counted(r.entries.size(), "run"), order_words(batch.order, batch.seed));
   fmt::print(out, "length {}: {} of machine time, {} of {} each; played in {:.1f} s\n",

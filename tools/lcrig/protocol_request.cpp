@@ -49,12 +49,6 @@ Failure plan_refused(const Context& context, const std::string& protocol, const 
   return out;
 }
 
-Failure bench_refused(const Error& error, bool of_a_file) {
-  const std::string page = doc_page("bench-file");
-  return Failure(error, of_a_file ? "correct the file; " + page + " describes it"
-                                  : page + " tells how to write one");
-}
-
 Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted) {
   const std::string path = wanted.file.path.string();
   auto protocol = parse_protocol(wanted.file.text, path);

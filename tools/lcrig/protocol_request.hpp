@@ -31,10 +31,9 @@ struct BoundProtocol {
 Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted);
 
 // Failures for what was refused: a file; the values of parameters, or what the protocol asks of a
-// rig (`protocol`: as typed); a bench.
+// rig (`protocol`: as typed).
 Failure file_refused(const Error& error);
 Failure plan_refused(const Context& context, const std::string& protocol, const Error& error);
-Failure bench_refused(const Error& error, bool of_a_file);
 
 // The daemon refused to run or to plan. It knows neither the path of the protocol's file nor
 // specimens with similar names, so these are added here.

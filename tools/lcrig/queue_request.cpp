@@ -26,6 +26,11 @@ Failure wrong(std::string what) {
   return Failure(kUsage, std::move(what), "lcrig queue add --help");
 }
 
+// Which pressure is meant, where probe and disc differ.
+void print_area_words(std::ostream& out, const std::string& words) {
+  if (!words.empty()) fmt::print(out, "{}\n", printable(words, kLongestWords));
+}
+
 }  // namespace
 
 Outcome<std::int64_t> entry_number(const std::string& text, const GlobalOptions& global) {
@@ -144,6 +149,7 @@ Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json&
   if (!answer) return refused_run(context, answer.error(), request, protocol, assignments);
   return show(context, *answer, [&](std::ostream& out) {
     const json& plan = answer->at("plan");
+    print_area_words(out, plan.value("pressure", std::string()));
     fmt::print(out, "entry {}", answer->value("entry", std::int64_t{0}));
     if (const json& s = plan.at("duration_s"); s.is_number()) {
       fmt::print(out, ": {} of machine time, {} readings\n", format_time(s.get<double>()),
@@ -186,6 +192,9 @@ Outcome<ExitCode> queue_batch(Context& context, const json& params, const BatchR
   all["order"] = to_string(batch.order);
   all["seed"] = batch.order == BatchOrder::given ? json() : json(batch.seed);
   return show(context, all, [&](std::ostream& out) {
+    for (const json& words : answer->value("pressures", json::array())) {
+      print_area_words(out, words.get<std::string>());
+    }
     fmt::print(out, "batch {}: entries {} to {}, {}\n", printable(batch.name, kLongestName),
                answer->value("first_entry", std::int64_t{0}),
                answer->value("last_entry", std::int64_t{0}), order_words(batch.order, batch.seed));

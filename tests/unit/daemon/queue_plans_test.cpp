@@ -4,6 +4,10 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
+#include "daemon/control/queue_messages.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -35,6 +39,16 @@ TEST(KnownIdentities, OfARodAreNotThoseOfTheFrame) {
   EXPECT_TRUE(known.compare(meter, instrument("rod"), true));
   EXPECT_FALSE(known.compare(meter, instrument("f1"), true));
   EXPECT_TRUE(known.compare(meter, instrument("f1"), false));
+}
+
+TEST(QueuePlans, SayWhichPressureIsMeantWhereProbeAndDiscDiffer) {
+  Plan plan;
+  plan.pressure.probe_diameter_m = plan.pressure.disc_diameter_m = 8e-3;
+  EXPECT_EQ(entry_plan(plan, true).pressure, "");
+  plan.pressure.disc_diameter_m = 4e-3;
+  const EntryPlan planned = entry_plan(plan, true);
+  EXPECT_THAT(planned.pressure, testing::HasSubstr("400 kPa on the disc of 4 mm"));
+  EXPECT_EQ(parse_entry_plan(to_json(planned).dump()).pressure, planned.pressure);
 }
 
 TEST(QueuePlans, AreFoundByWhatAPlanDependsOn) {

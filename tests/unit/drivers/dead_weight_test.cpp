@@ -44,16 +44,23 @@ struct WeightBench {
   std::unique_ptr<DeadWeightFrame> frame;
 };
 
-DeadWeightSettings with_rod_and_probe() {
+PressureArea under_probe(std::optional<double> disc_m = {}) {
+  PressureArea out;
+  out.probe_diameter_m = 4e-3;
+  out.disc_diameter_m = disc_m;
+  return out;
+}
+
+DeadWeightSettings with_rod() {
   DeadWeightSettings s;
   s.rod = Mass::from_si(0.020);
-  s.probe_area = Area::from_si(12.566370614e-6);  // 4 mm
   return s;
 }
 
 TEST(DeadWeight, AsksForTheStepAndNamesTotalForceAndPressure) {
-  WeightBench b(with_rod_and_probe());
+  WeightBench b(with_rod());
   b.armed();
+  b.frame->show_pressure(under_probe(4e-3));
   const auto placed = b.run(b.frame->place_mass(Mass::from_si(0.1)));
   ASSERT_TRUE(placed) << placed.error().what;
   EXPECT_EQ(placed->reason, MotionEnd::target);
@@ -69,6 +76,22 @@ TEST(DeadWeight, AsksForTheStepAndNamesTotalForceAndPressure) {
           "Take 100 g off the rod (total 70 g = 0.6865 N = 54.63 kPa over the probe)",
           "Remove all weights from the rod (total 20 g = 0.1961 N = 15.61 kPa over the probe)"}));
   EXPECT_DOUBLE_EQ(b.loads[1].si(), 0.17 * 9.80665);
+}
+
+TEST(DeadWeight, SaysWhatAnotherDiscThanTheProbeGets) {
+  WeightBench b(with_rod());
+  b.armed();
+  for (const double disc_m : {2e-3, 8e-3}) {
+    b.frame->show_pressure(under_probe(disc_m));
+    ASSERT_TRUE(b.run(b.frame->place_mass(Mass::from_si(disc_m))));
+  }
+  EXPECT_EQ(
+      b.prompts,
+      (std::vector<std::string>{
+          "Place 2 g on the rod (total 22 g = 0.2157 N = 17.17 kPa over the probe = 68.67 kPa "
+          "on the disc of 2 mm)",
+          "Place 6 g on the rod (total 28 g = 0.2746 N = 21.85 kPa over the probe, which "
+          "presses only a part of the disc of 8 mm)"}));
 }
 
 TEST(DeadWeight, LocalGravityCounts) {

@@ -67,6 +67,7 @@ class Pressures : public ::testing::Test {
   void SetUp() override {
     cli.bench_rig = &bench_rig;
     cli.rehearsal = &rehearse;
+    cli.day = &rehearse_batch;
   }
   std::string write(const char* name, const std::string& text) {
     const auto path = cli.dir.file(name);
@@ -143,6 +144,18 @@ class Pressures : public ::testing::Test {
     EXPECT_THAT(line, StartsWith("pressure is force over the "));
     EXPECT_THAT(line, AllOf(HasSubstr("probe of"), HasSubstr("disc of"), HasSubstr("kPa")));
   }
+  // `rehearse --batch` and `compare`, of the same specimen.
+  void expect_batch_and_comparison_said(const Drawn& d, const std::string& db) {
+    const auto table = write("batch.csv",
+                             "specimen,protocol,levels,from_kPa,to_kPa,readings,"
+                             "within_s,settle_s,repeats,rate_N_s,force_limit_N\n" +
+                                 specimen_ + "," + protocol_ + ",4,7.5,30,4,1,0,2,1,6\n");
+    expect_said(d, first_line({"rehearse", "--batch", table, "--bench", bench_, "--db",
+                               cli.dir.file("day.db")}));
+    cli.run({"compare", "1", "last", "--db", db, "--range", "0:31"});
+    const auto said = cli.out.str();
+    EXPECT_EQ(said.starts_with("run 1: pressure is force over the "), d.differs()) << said;
+  }
   support::Cli cli;
   std::string specimen_, bench_, protocol_;
 };
@@ -159,6 +172,7 @@ TEST_P(DrawnPressures, AreOneNumberOnOneAreaAndSayWhichTheyMean) {
     for (const char* verb : {"rehearse", "budget", "plan"}) {
       EXPECT_NE(cli.run(of_run(verb)), kOk) << verb;
       EXPECT_THAT(cli.err.str(), HasSubstr("presses only a part of the disc")) << verb;
+      EXPECT_THAT(cli.err.str(), HasSubstr("next: change one of the two: ")) << verb;
     }
     EXPECT_NE(cli.run(curve(d.probe_mm)), kOk);
     EXPECT_THAT(cli.err.str(), HasSubstr("presses only a part of the disc"));
@@ -180,6 +194,7 @@ TEST_P(DrawnPressures, AreOneNumberOnOneAreaAndSayWhichTheyMean) {
   rehearsal.insert(rehearsal.end(), {"--db", db});
   expect_said(d, first_line(rehearsal));
   expect_said(d, first_line({"analyze", "last", "--db", db, "--range", "0:31"}));
+  expect_batch_and_comparison_said(d, db);
   const json run = answer({"analyze", "last", "--db", db, "--range", "0:31"});
   expect_near(run["ranges"][0]["sensitivity_fF_per_kPa"], d.stated_fF_kPa(), "analyze");
   expect_near(run["ranges"][0]["on_disc"]["sensitivity_fF_per_kPa"], d.slope_on_disc_fF_kPa(),
