@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "analysis/comparison.hpp"
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
@@ -29,6 +31,9 @@ std::string results_table(std::span<const ReportRun> runs) {
   };
   row("protocol", [](const ReportRun& r) { return text(r.data.row.protocol_name); });
   row("origin", simulated_word);
+  if (std::ranges::any_of(runs, [](const ReportRun& r) { return r.analysis.pressure.differs(); })) {
+    row("pressure", [](const ReportRun& r) { return text(r.analysis.pressure.words()); });
+  }
   row("made", [](const ReportRun& r) { return iso_time(true_time_ns(r.data.row)); });
   row("ended as", [](const ReportRun& r) {
     return std::string(to_string(r.data.listing.exit_status, "still going on"));

@@ -86,6 +86,12 @@ std::string metrics_table(const RunAnalysis& analysis) {
 
 namespace {
 
+// The expanded uncertainty, a lower limit where a part of it is not known.
+Cell at_least(const Uncertainty& u) {
+  return {(u.gaps().empty() ? "" : "at least ") + number(u.expanded, u.combined),
+          Cell::Kind::number};
+}
+
 std::string table_of_ranges(const std::vector<const RangeResult*>& ranges, double confidence) {
   Table table{"range",
               "sensitivity, fF/kPa",
@@ -108,9 +114,8 @@ std::string table_of_ranges(const std::vector<const RangeResult*>& ranges, doubl
         {range_name(r.range) + estimand_line(r.sensitivity.estimand),
          measured(estimate.value, estimate.standard_error),
          interval(estimate.interval, estimate.standard_error),
-         r.uncertainty.parts.empty() ? no_number()
-                                     : number(r.uncertainty.expanded, r.uncertainty.combined),
-         number(r.r_squared), count(r.points), number(r.lack_of_fit_p), text(r.residual_pattern),
+         r.uncertainty.parts.empty() ? no_number() : at_least(r.uncertainty), number(r.r_squared),
+         count(r.points), number(r.lack_of_fit_p), text(r.residual_pattern),
          r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : no_number()});
   }
   return table.html();
@@ -256,7 +261,7 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
     if (b.parts.empty()) continue;
     const double k = b.coverage_factor;
     out += "<h4>" + text(b.quantity) + ": " + number(b.value, b.combined) + " " + text(b.unit) +
-           " ± " + (b.gaps().empty() ? "" : "at least ") + number(b.expanded, b.combined) +
+           " ± " + at_least(b) +
            fmt::format(" ({:.0f} %, k = {})", b.confidence * 100, plain_number(k)) + "</h4>\n";
     if (!b.estimand.empty()) out += paragraph(text(b.estimand), "small");
     Table table{"part",

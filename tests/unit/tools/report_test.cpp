@@ -217,6 +217,13 @@ TEST_F(Report, ShowsTheAnalysisThatWasAskedFor) {
   EXPECT_EQ(cli.run({"--db", db, "report", "1", "-o", file, "--force-class", "7"}), kUsage);
 }
 
+// 80 degrees Celsius are beyond the meter's tables: its error is not known.
+TEST_F(Report, BesideAGapPrintsALowerLimitAndNamesTheGap) {
+  const std::string results = results_of(page({"1", "--temperature-C", "80"}));
+  EXPECT_THAT(results, AllOf(HasSubstr("± at least"), HasSubstr("not included: meter")));
+  EXPECT_THAT(results_of(page({"1"})), Not(HasSubstr("not included: meter")));
+}
+
 constexpr const char* kLoading = "loading branch, from ";
 constexpr const char* kOfTheRig = "what this rig would show";
 
