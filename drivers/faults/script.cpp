@@ -82,8 +82,9 @@ void read_parameters(const JsonReader& r, Fault& f) {
   f.setting = r.word<PanelKey>("setting");
   f.to = r.at("to").nonempty_string(40);
   if (r.sound() && !lcr6100::Lcr6100Sim::accepts(f.setting, f.to)) {
-    r.at("to").refuse(fmt::format("\"{}\", which is no {} of the simulated meter", printable(f.to),
-                                  to_string(f.setting)));
+    r.at("to").refuse(fmt::format("\"{}\", which is no {} of the simulated meter; it has {}",
+                                  printable(f.to), to_string(f.setting),
+                                  lcr6100::Lcr6100Sim::accepted_words(f.setting)));
   }
 }
 

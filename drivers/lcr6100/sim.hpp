@@ -107,6 +107,7 @@ class Lcr6100Sim {
   // no such value.
   bool turn(PanelKey key, std::string_view to);
   static bool accepts(PanelKey key, std::string_view to);
+  static std::string accepted_words(PanelKey key);  // "AUTO, HOLD, NOM", "10 to 100000"
   // For tests: the settings of the newest answered conversion; nullopt: they changed within it.
   const std::optional<SimSettings>& measured_at() const { return measured_at_; }
   // For tests: `told` gets each reading when it is answered, before any line fault.
@@ -145,6 +146,7 @@ class Lcr6100Sim {
     double number = 0;
   };
   static const std::vector<Parameter>& parameters();
+  static const Parameter& parameter_of(PanelKey key);
   std::string resolve(std::string_view header);
   Task<> command(std::string_view text);
   Task<> ask(std::string header);

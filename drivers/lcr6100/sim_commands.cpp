@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The grammar of the simulated meter: headers in long and short form, parameters, read-backs.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -170,6 +173,8 @@ SimSettings Lcr6100Sim::settings_now() const {
 
 namespace {
 
+constexpr double kMostAveraged = 256;
+
 struct PanelEntry {
   std::string_view set, query;
 };
@@ -184,17 +189,33 @@ constexpr std::array<PanelEntry, 8> kPanel{{{"FUNC", "FUNC"},
 
 }  // namespace
 
+const Lcr6100Sim::Parameter& Lcr6100Sim::parameter_of(PanelKey key) {
+  return *std::ranges::find(parameters(), kPanel[static_cast<std::size_t>(key)].set,
+                            &Parameter::header);
+}
+
 bool Lcr6100Sim::accepts(PanelKey key, std::string_view to) {
   const auto count = parse_number(to);
   if (key == PanelKey::aperture) {
     return std::ranges::find(kApertureWords, upper(to)) != kApertureWords.end();
   }
   if (key == PanelKey::average) {
-    return count && *count >= 1 && *count <= 256 && *count == std::floor(*count);
+    return count && *count >= 1 && *count <= kMostAveraged && *count == std::floor(*count);
   }
-  const auto& p = *std::ranges::find(parameters(), kPanel[static_cast<std::size_t>(key)].set,
-                                     &Parameter::header);
+  const auto& p = parameter_of(key);
   return find_word(p.words, to) || (count && *count >= p.min && *count <= p.max);
+}
+
+std::string Lcr6100Sim::accepted_words(PanelKey key) {
+  if (key == PanelKey::aperture) return fmt::format("{}", fmt::join(kApertureWords, ", "));
+  if (key == PanelKey::average) return fmt::format("1 to {}", kMostAveraged);
+  const auto& p = parameter_of(key);
+  std::string out(p.words);
+  for (std::size_t at = out.find(' '); at != std::string::npos; at = out.find(' ', at + 2)) {
+    out.replace(at, 1, ", ");
+  }
+  if (p.min > p.max) return out;
+  return fmt::format("{}{}{:g} to {:g}", out, out.empty() ? "" : ", or ", p.min, p.max);
 }
 
 bool Lcr6100Sim::turn(PanelKey key, std::string_view to) {
