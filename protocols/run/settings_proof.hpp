@@ -38,6 +38,7 @@ class SettingsProof {
   bool is_doubted() const { return doubt_; }
   bool is_due(MonoTime now) const { return doubt_ || !equal_ || now - *equal_ >= kInterval; }
   bool has_open() const { return open_ > 0; }
+  MonoTime last_asked() const { return last_; }  // while `has_open`
   // Whether a reading asked at or after this time turned out to be unproven.
   bool is_spoiled(MonoTime since) const { return spoiled_ && *spoiled_ >= since; }
 
