@@ -17,7 +17,8 @@ namespace {
 // counting. For an ended run the index chain_at_end gives that link. A run whose links somebody
 // deleted is listed without counts; `verify` reports what is missing.
 constexpr std::string_view kListing =
-    "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
+    "SELECT run.id, protocol_name, specimen_name, run.operator, simulated,"
+    " coalesce(bench_name, ''), started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, coalesce(lcr_reading_seq, 0),"
     " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}, {}, {}"
     " FROM run LEFT JOIN run_end ON run_end.run_id = run.id {}"
@@ -45,7 +46,7 @@ Result<RunListing> ReadListing::operator()(const Statement& s) const {
   bool may_be_unproven = false;
   std::optional<std::string> end;
   s.read(out.run, out.protocol_name, out.specimen_name, out.operator_name, out.simulated,
-         out.started_unix_ns, end, out.reason, out.ended_unix_ns, out.lcr_readings,
+         out.bench_name, out.started_unix_ns, end, out.reason, out.ended_unix_ns, out.lcr_readings,
          out.frame_samples, out.levels, out.events, out.uuid, may_be_unproven, out.made_unix_ns);
   if (may_be_unproven) {
     auto counted = keep(count_unproven(db, out.run), out.unproven_readings);

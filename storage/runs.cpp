@@ -140,6 +140,10 @@ std::optional<std::string> replay_directory(std::string_view bench) {
   return std::string(bench.substr(kReplay.size()));
 }
 
+std::string_view stand_in_word(std::string_view bench) {
+  return bench.starts_with(kReplay) ? "replayed" : "simulated";
+}
+
 std::string read_boot_id() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;

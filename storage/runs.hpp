@@ -75,6 +75,7 @@ struct RunListing {
   std::vector<std::string> tags;  // in alphabetical order
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
+  std::string bench_name;  // of a simulated run; may be that of a recording (replay_directory)
   std::int64_t started_unix_ns = 0;
   std::optional<std::int64_t> made_unix_ns;  // of a rehearsal (RunRow)
   std::optional<ExitStatus> exit_status;  // absent: the run goes on, or was cut off
@@ -105,6 +106,9 @@ std::string_view status_of(const RunListing& listing);
 // The bench name of a run that plays a recording back: "replay:DIR".
 std::string replay_bench(std::string_view directory);
 std::optional<std::string> replay_directory(std::string_view bench);  // nullopt: a real bench
+
+// What stood for the instruments of such a run: "simulated", or "replayed" for a recording.
+std::string_view stand_in_word(std::string_view bench);
 
 // The kernel's id of this boot; empty when it has none.
 std::string read_boot_id();

@@ -52,11 +52,12 @@ json to_json(const RehearseResult& r) {
               {"delta_C_fF_at_peak", json_or_null(r.delta_C_fF_at_peak)}};
 }
 
-void print_text(Console& console, const RehearseResult& r) {
+void print_text(Console& console, const RehearseResult& r, const std::string& bench) {
   const auto pressure = r.pressure ? r.pressure->words() : std::string();
   if (!pressure.empty()) fmt::print(console.out, "{}\n", pressure);
-  fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, to_string(r.exit_status),
-             r.reason.empty() ? "" : " (" + printable(r.reason, kLongestWords) + ")");
+  fmt::print(console.out, "run {}: {}{} ({})\n", r.run, to_string(r.exit_status),
+             r.reason.empty() ? "" : " (" + printable(r.reason, kLongestWords) + ")",
+             stand_in_word(bench));
   fmt::print(console.out, "{} LCR readings ({} of measure steps){}, {} frame samples\n",
              r.lcr_readings, r.measure_readings, unproven_words(r.unproven_readings),
              r.frame_samples);
@@ -118,7 +119,7 @@ class RehearseCommand final : public Command {
     if (context.global.json) {
       print_json(context.console.out, to_json(*result));
     } else {
-      print_text(context.console, *result);
+      print_text(context.console, *result, bench_);
     }
     return exit_code_of_run(result->exit_status, result->code);
   }

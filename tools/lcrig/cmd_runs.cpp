@@ -35,7 +35,8 @@ json listing_json(const RunListing& r) {
 }
 
 std::string remarks(const RunListing& r) {
-  std::string out = r.simulated ? "  simulated" : "";
+  std::string out;
+  if (r.simulated) out = fmt::format("  {}", stand_in_word(r.bench_name));
   if (r.unproven_readings > 0) out += fmt::format("  {} not proven", r.unproven_readings);
   for (const auto& tag : r.tags) out += "  #" + printable(tag);
   return out;
