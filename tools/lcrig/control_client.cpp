@@ -13,6 +13,7 @@
 #include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "base/text.hpp"
@@ -38,6 +39,22 @@ Failure unreachable(const std::string& path, const std::string& why) {
 std::string errno_words(int error) {
   if (error == EAGAIN || error == EWOULDBLOCK) return "it takes nothing: it hangs, or is stopped";
   return std::strerror(error);
+}
+
+bool is_other_file(const std::string& path) {
+  std::error_code unknown;
+  const auto found = std::filesystem::status(path, unknown);
+  return !unknown && std::filesystem::exists(found) && !std::filesystem::is_socket(found);
+}
+
+// A daemon may go on without its socket: its run continues, and only signals reach it.
+Failure replaced(const std::string& path, int error) {
+  Failure out = unreachable(
+      path, fmt::format("a file is there that is no socket ({}): the daemon's socket was replaced, "
+                        "or --socket names another file; a run in progress goes on",
+                        std::strerror(error)));
+  out.next = "systemctl restart lcrigd   (makes a new socket, and ends a run: it unloads first)";
+  return out;
 }
 
 Failure no_access(const std::string& path) {
@@ -239,6 +256,7 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
   state->bound_sending(patience);
   if (::connect(state->fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     if (errno == EACCES || errno == EPERM) return no_access(path);
+    if (const int error = errno; is_other_file(path)) return replaced(path, error);
     return unreachable(path, errno_words(errno));
   }
   return ControlClient(std::move(state));
