@@ -64,15 +64,23 @@ void Distrust::heed_fault(std::string_view what, const std::string& detail) {
       fmt::format("the frame reports {} ({}): clear it at the machine", what, printable(detail)));
 }
 
+std::string_view Distrust::cause_of_zero() const {
+  return cut_zero_
+             ? "by a `zero` of this run, which was interrupted and then carried out all the same"
+             : "at the machine";
+}
+
 // Limits, contact and predictions referred to the old zero. From here the only way back is away
 // from the specimen.
 void Distrust::distrust_zero(const std::string& detail) {
   const std::string why = fmt::format(
-      "the zero of force or travel was changed at the machine ({}): what it shows means nothing "
-      "to this run any more",
-      detail);
+      "the zero of force or travel was changed {} ({}): what it shows means nothing to this run "
+      "any "
+      "more",
+      cause_of_zero(), detail);
   forget_places(why);
   drive_.forget_limits();
+  if (cut_zero_ && interrupts_.frozen()) return;  // a person froze it, and nothing moves any more
   interrupts_.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }
 

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
@@ -36,8 +37,16 @@ class Distrust {
   void judge(const FrameSample& sample);
   // Takes an event that the frame reports by itself.
   void heed(const EventName& kind, const std::string& detail);
-  // While the flag lives, a new zero is one that this run asked for.
-  ScopedFlag expect_zero() { return ScopedFlag(zeroing_); }
+  // A zero is being ordered. While the flag lives, a new zero is the one that this run asked for.
+  // A stop or a loss may cut the step, and the frame zeroes all the same.
+  ScopedFlag expect_zero() {
+    cut_zero_ = true;
+    return ScopedFlag(zeroing_);
+  }
+  void zero_settled() { cut_zero_ = false; }
+  bool has_cut_zero() const { return cut_zero_; }
+  // Why the zero may be another one than this run knows.
+  std::string_view cause_of_zero() const;
 
   void disbelieve(const Contradiction& contradiction);
   // Stops trusting the force: every force is allowed, but no motion except away from the specimen.
@@ -64,6 +73,7 @@ class Distrust {
   ContactPlace& contact_;
   FrameDrive& drive_;
   bool zeroing_ = false, ended_ = false;
+  bool cut_zero_ = false;  // a zero was ordered, and this run has not learned the new one
   std::optional<std::string> moves_again_;  // what was seen of a motion after the end
 };
 

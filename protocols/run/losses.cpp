@@ -358,9 +358,12 @@ Result<> compare_origin(RunParts& run, const FrameMemory& before) {
   if (!run.setup.moves() || !before.origin) return {};
   const auto now = run.setup.frame.origin();
   if (now == before.origin) return {};
+  const bool cut = run.distrust.has_cut_zero();
   return fail(Errc::refused,
-              "the zero of force or travel was lost or changed meanwhile (origin {}, before it was "
-              "{}): what the frame shows means nothing to this run any more",
+              "the zero of force or travel was {} (origin {}, before it was {}): what the frame "
+              "shows means nothing to this run any more",
+              cut ? fmt::format("changed {}", run.distrust.cause_of_zero())
+                  : std::string("lost or changed meanwhile"),
               now.value_or("not stated"), *before.origin);
 }
 

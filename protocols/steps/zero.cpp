@@ -103,6 +103,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
   const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may report it as well
   if (travel) run.truth.look_away();
   auto zeroed = co_await run.setup.frame.zero(force, travel);
+  if (!zeroed && zeroed.error().code == Errc::refused) run.distrust.zero_settled();
   if (!zeroed) co_return zeroed;
   run.truth.zero_force();
   run.view.zeroed(true);
@@ -119,6 +120,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
   auto after = co_await run.view.watch_rest(FrameView::kRestTime);
   if (!after) co_return fail(after.error());
   learn_zero(*rest, *after, hidden_N, run);
+  run.distrust.zero_settled();
   co_return Result<>();
 }
 
