@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/record.hpp"
 
+#include <optional>
+#include <string>
+#include <utility>
+
 #include "base/either.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
@@ -32,7 +36,15 @@ Task<Result<>> RecordStep::execute(RunParts& run, Progress& progress) const {
   if (!until_confirmed) co_return co_await wait_out(run.get(*duration), run, progress.time);
   Clock& clock = run.setup.clock;
   const MonoTime deadline = progress.time.begin(clock.now(), from_seconds(run.get(timeout)));
-  const std::string prompt = "Recording. Confirm to end the recording.";
+  std::string prompt = "Recording. Confirm to end the recording.";
+  // Nothing is ordered to move, except by a held force.
+  std::optional<ProgressKeeper::Shown> waiting;
+  if (run.drive.is_holding_force()) {
+    prompt += " The frame moves to hold the force.";
+  } else {
+    auto shown = co_await run.wait_as(RunState::waiting_for_operator);
+    waiting.emplace(std::move(shown));
+  }
   auto r = co_await either(run.setup.person->confirm(prompt), clock.wait_until(deadline));
   if (r.index() == 0) co_return std::get<0>(r);
   run.event(EventKind::late, "nobody confirmed the end of the recording; it ended by its time-out");
