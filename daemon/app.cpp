@@ -43,7 +43,8 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       callers_(clock, control_, recorder_),
       writes_(executor_, clock, config_.database, callers_),
       news_(control_, notifier_, use_),
-      starter_(executor_, clock, {config_.database, recorder_, *rig_, known_, use_, plans_, news_}),
+      starter_(executor_, clock,
+               {config_.database, recorder_, *rig_, known_, use_, plans_, news_, writes_}),
       queue_(executor_, clock, {config_.database, vfs_, use_, starter_, plans_, callers_, news_}),
       requests_(executor_, clock,
                 {config_.database, *rig_, use_, callers_, writes_, starter_, queue_}),
@@ -120,7 +121,7 @@ Task<Result<RunOutcome>> App::run_through(PreparedRun prepared) {
   if (!claimed) co_return fail(claimed.error());
   auto started = co_await starter_.start(std::move(prepared));
   if (!started) co_return fail(started.error());
-  const auto over = [this] { return use_.is_idle(); };
+  const auto over = [this] { return use_.is_idle() || use_.state() == RigUse::State::stopping; };
   co_await use_.wait(over);
   co_return *use_.last_run();
 }
@@ -150,7 +151,8 @@ Task<bool> App::shut_down(std::string why) {
   meter_.give_up();
   notifier_.stopping();
   const auto is_settled = [this] {
-    return use_.is_idle() || use_.state() == RigUse::State::running;
+    return use_.is_idle() || use_.state() == RigUse::State::running ||
+           use_.state() == RigUse::State::stopping;
   };
   bool done = false;
   do {

@@ -27,6 +27,7 @@ struct RunOutcome {
   std::optional<Errc> code;  // why it was not a success
   std::string reason;
   bool stands = true;  // the frame confirmed standstill, or was never asked to move
+  std::optional<double> stood_after_s;  // when it did so only after the end of the run
   bool simulated = false;  // a simulator or a recording stood for at least one instrument
   std::int64_t lcr_readings = 0, measure_readings = 0, unproven_readings = 0;  // as in RunRecord
   std::int64_t frame_samples = 0;

@@ -312,7 +312,10 @@ void Session::note_extrapolation() {
 
 Task<RunResult> Session::execute() {
   RunResult result = co_await run_->execute();
-  if (result.code == Errc::frame_fault || result.code == Errc::not_standing) {
+  if (result.code == Errc::not_standing) {
+    learn(Instrument::frame,
+          fail(Errc::not_standing, "{}", alarm_words(Standstill::not_confirmed)));
+  } else if (result.code == Errc::frame_fault) {
     learn(Instrument::frame, fail(*result.code, "{}", result.reason));
   }
   note_extrapolation();
@@ -342,6 +345,12 @@ Task<RunResult> Session::execute() {
 std::optional<std::uint64_t> Session::beats() const {
   if (!run_) return std::nullopt;
   return ending_ ? recorder_.progress() : run_->beats();
+}
+
+Task<bool> Session::stop_until_it_stands(std::function<bool()> gives_up) {
+  const bool stands = co_await run_->stop_until_it_stands(std::move(gives_up));
+  if (stands) learn(Instrument::frame, frame_identity_);
+  co_return stands;
 }
 
 Task<> Session::close() {

@@ -64,6 +64,8 @@ class Session {
   Task<Result<Plan>> preview();
   // Runs to the end and closes the run row. Call `close` afterwards, and after a failed `open`.
   Task<RunResult> execute();
+  // See Run. Afterwards the frame is known to stand, or to be in trouble.
+  Task<bool> stop_until_it_stands(std::function<bool()> gives_up);
   Task<> close();
 
   // Sets where it reports what it learns about the instruments, and why they are asked. Call it

@@ -44,6 +44,9 @@ void News::service_status() {
   const bool had_trouble = std::exchange(told_trouble_, !trouble.empty());
   if (!trouble.empty()) return notifier_.status("no client finds the daemon: " + trouble);
   if (use_.live_run() != nullptr) return notifier_.status(service_line(use_.session()->status()));
+  if (use_.state() == RigUse::State::stopping) {
+    return notifier_.status(alarm_words_after(use_.last_run()->run));
+  }
   if (had_trouble) notifier_.status(idle_words_);
 }
 

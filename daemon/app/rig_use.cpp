@@ -18,6 +18,8 @@ Task<Result<>> RigUse::claim(State state) {
                    "`lcrig abort` ends it",
                    run->progress().run);
   }
+  if (state_ == State::stopping)
+    co_return fail(Errc::busy, "{}", alarm_words_after(last_run_->run));
   if (state_ == State::correcting) {
     co_return fail(
         Errc::busy,
@@ -53,11 +55,24 @@ void RigUse::take(std::unique_ptr<Session> session) {
 
 Result<Run*> RigUse::running() const {
   if (Run* run = live_run()) return run;
+  if (state_ == State::stopping)
+    return fail(Errc::not_standing, "{}", alarm_words_after(last_run_->run));
   return fail(Errc::invalid_request, "no run is going on");
 }
 
 void RigUse::end_run(RunOutcome outcome) {
   last_run_ = std::move(outcome);
+  give_back();
+}
+
+void RigUse::end_run_stopping(RunOutcome outcome) {
+  last_run_ = std::move(outcome);
+  enter(State::stopping);
+}
+
+void RigUse::end_stopping(std::optional<double> stood_after_s) {
+  last_run_->stands = stood_after_s.has_value();
+  last_run_->stood_after_s = stood_after_s;
   give_back();
 }
 

@@ -23,6 +23,7 @@ class RigUse {
     correcting,  // the meter is being corrected
     starting,  // a run is being prepared; nothing moves until its row exists
     running,  // until the row of the run and the ports are closed
+    stopping,  // a run has ended, and the frame has not confirmed that it stands: STOP is repeated
   };
   // Calls to the owner; each may be empty.
   struct Listener {
@@ -42,15 +43,27 @@ class RigUse {
 
   State state() const { return state_; }
   bool is_idle() const { return state_ == State::idle; }
-  bool is_for_run() const { return state_ == State::starting || state_ == State::running; }
+  // Nothing else may begin, and no person is asked to touch the rig.
+  bool is_for_run() const {
+    return state_ == State::starting || state_ == State::running || state_ == State::stopping;
+  }
 
   // Takes the session of the part that claimed the instruments.
   void take(std::unique_ptr<Session> session);
   Session* session() const { return session_.get(); }  // nullptr: there is none yet
-  Run* live_run() const { return session_ ? session_->run() : nullptr; }
-  Result<Run*> running() const;  // Errors: invalid_request when there is no run.
+  Run* live_run() const {
+    return session_ && state_ != State::stopping ? session_->run() : nullptr;
+  }
+  // Errors: invalid_request when there is no run; not_standing when the last one left the frame
+  // moving.
+  Result<Run*> running() const;
   // Destroys the finished session and gives the instruments back.
   void end_run(RunOutcome outcome);
+  // The same for a run whose frame may move: the session stays until `end_stopping`.
+  void end_run_stopping(RunOutcome outcome);
+  // `stood_after_s`: when the frame confirmed standstill, after the end of the run; nullopt: it did
+  // not.
+  void end_stopping(std::optional<double> stood_after_s);
   const std::optional<RunOutcome>& last_run() const { return last_run_; }
 
   // Prevents the run that is being prepared.

@@ -173,15 +173,42 @@ Task<> RunStarter::run_to_its_end() {
   const RunResult result = co_await session.execute();
   const RunStatus last = session.status();
   const PressureArea pressure = session.planned().pressure;
-  co_await session.close();
+  if (result.stands) co_await session.close();
   RunOutcome ended = outcome_of(result, last);
   ended.pressure = pressure;
   ended.duration_s = to_seconds(clock_.now() - begin);
   ended.wall_s = ended.duration_s;
   ended.anchor = session.anchor();
   parts_.news.status();
-  parts_.use.end_run(ended);
+  if (result.stands) {
+    parts_.use.end_run(ended);
+    parts_.news.run_ended(ended);
+  } else {
+    co_await stop_until_it_stands(std::move(ended));
+  }
+}
+
+// The run is over, and its frame may move: nothing begins before that frame stands.
+Task<> RunStarter::stop_until_it_stands(RunOutcome ended) {
+  const std::int64_t run = ended.run;
+  const MonoTime end = clock_.now();
+  parts_.use.end_run_stopping(ended);
   parts_.news.run_ended(ended);
+  parts_.news.service_status();
+  Session& session = *parts_.use.session();
+  std::function<bool()> gives_up = [this] { return parts_.use.is_ending(); };
+  const bool stands = co_await session.stop_until_it_stands(std::move(gives_up));
+  const double after_s = to_seconds(clock_.now() - end);
+  co_await session.close();
+  parts_.use.end_stopping(stands ? std::optional(after_s) : std::nullopt);
+  if (!stands) {
+    spdlog::critical("{}", alarm_words_after(run));
+    co_return;
+  }
+  auto words = stood_words(after_s);
+  spdlog::info("run {}: {}", run, words);
+  std::vector<std::int64_t> runs(1, run);
+  co_await parts_.writes.note(std::move(runs), std::move(words));
 }
 
 // If the search fails the daemon works all the same; `lcrig resume RUN` searches by itself.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/app/database_writes.hpp"
 #include "daemon/app/news.hpp"
 #include "daemon/app/rig_use.hpp"
 #include "daemon/queue/plans.hpp"
@@ -28,6 +29,7 @@ class RunStarter {
     RigUse& use;
     QueuePlans& plans;
     News& news;
+    DatabaseWrites& writes;
   };
   RunStarter(asio::any_io_executor executor, Clock& clock, const Parts& parts);
   // `guard` is called before anything is commanded, and again before the run row is written. An
@@ -58,6 +60,7 @@ class RunStarter {
   Session::Listener listener();
   Task<Result<RunStarted>> open(PreparedRun prepared);
   Task<> run_to_its_end();
+  Task<> stop_until_it_stands(RunOutcome ended);
 
   asio::any_io_executor executor_;
   Clock& clock_;

@@ -193,6 +193,7 @@ void fields(F& f, Of<F, RunOutcome>& e) {
   f.word_or_null("code", e.code);
   f.text("reason", e.reason);
   f.boolean("stands", e.stands);
+  f.quantity("stood_after_s", e.stood_after_s, 0);
   f.boolean("simulated", e.simulated);
   f.integer("lcr_readings", e.lcr_readings);
   f.integer("measure_readings", e.measure_readings);

@@ -200,6 +200,7 @@ class ZwickSim {
   void restart();
   bool is_moving() const;
   bool is_armed() const;
+  std::int64_t stops() const { return stops_; }  // received in this session
   double travel_zero_m() const;  // the machine's own travel where samples show 0
 
  private:

@@ -11,7 +11,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kAgain = 1s;  // between two attempts to stop
 constexpr int kTries = 2;  // the second at once, when the frame moves after it said that it stands
 constexpr Duration kLook = 20ms;  // between two looks at the samples
 constexpr Duration kFlowing = 500ms;  // samples that are older do not come any more
@@ -93,7 +92,9 @@ Task<Stands> FrameDrive::stand_still() {
 
 Task<> FrameDrive::await_still_samples() {
   while (still_.is_being_looked_at() && setup_.clock.now() < still_.look_ends()) {
-    co_await setup_.clock.wait_for(kLook);
+    const MonoTime due = setup_.clock.now() + kLook;
+    co_await setup_.clock.wait_until(due);
+    still_.allow_lag(setup_.clock.now() - due);
   }
 }
 
@@ -107,11 +108,13 @@ Duration FrameDrive::brakes() const {
 
 // nullopt: samples are not coming, or not judged yet.
 std::optional<Duration> FrameDrive::sample_period() const {
-  const Duration period = from_seconds(1 / setup_.frame_rate_Hz);
-  const Duration flowing = std::max<Duration>(kFlowing, 3 * period);
   if (!prepared_ || !last_sample_) return std::nullopt;
-  if (setup_.clock.now() - *last_sample_ > flowing) return std::nullopt;
-  return period;
+  if (setup_.clock.now() - *last_sample_ > flowing()) return std::nullopt;
+  return from_seconds(1 / setup_.frame_rate_Hz);
+}
+
+Duration FrameDrive::flowing() const {
+  return std::max<Duration>(kFlowing, from_seconds(3 / setup_.frame_rate_Hz));
 }
 
 void FrameDrive::note_order(double speed_m_s) {

@@ -20,6 +20,8 @@ namespace lcrig {
 
 class FrameDrive {
  public:
+  static constexpr Duration kAgain = std::chrono::seconds(1);  // between two attempts to stop
+
   // All must outlive it.
   FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
              FrameTruth& truth, const ContactPlace& contact, StandstillWatch& still)
@@ -47,6 +49,7 @@ class FrameDrive {
   // An order is being sent that may move the frame.
   void note_order(double speed_m_s);
   void see(const FrameSample& sample);  // every sample
+  Duration flowing() const;  // samples that are older are not coming any more
   void doubt_standstill() { still_.contradict(setup_.clock.now()); }
   void lose_link() { still_.lose(); }
   // The same after the link came back, when no motion was under way. Errors: as LoadFrame::stop.

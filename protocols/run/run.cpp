@@ -87,6 +87,10 @@ void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
 }
 
 void Run::on_samples(std::span<const FrameSample> samples) {
+  if (over_) {
+    for (const FrameSample& s : samples) parts_.drive.see(s);
+    return;
+  }
   setup_.sink.samples(samples);
   parts_.view.add(samples);
   if (setup_.pressing) {
@@ -106,6 +110,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 }
 
 void Run::on_frame_event(EventName kind, std::string detail) {
+  if (over_) return;
   parts_.log.event(kind, detail);
   parts_.distrust.heed(kind, detail);
   // The gateway heard nothing from us, so it has stopped, left force control and forgotten the
@@ -139,6 +144,32 @@ Task<RunResult> Run::execute() {
     stop = co_await run_protocol();
   }
   co_return co_await finish_.end(std::move(stop));
+}
+
+Task<bool> Run::stop_until_it_stands(std::function<bool()> gives_up) {
+  over_ = true;
+  parts_.log.close();
+  setup_.frame.set_listener(this);
+  // The samples of the time after the end come first: without them its word would be enough.
+  co_await setup_.clock.wait_for(parts_.drive.flowing());
+  while (!parts_.still.holds() && !gives_up()) {
+    const MonoTime next = setup_.clock.now() + FrameDrive::kAgain;
+    co_await stop_again();
+    if (!parts_.still.holds()) co_await setup_.clock.wait_until(next);
+  }
+  setup_.frame.set_listener(nullptr);
+  co_return parts_.still.holds();
+}
+
+// One attempt, which needs the link first.
+Task<> Run::stop_again() {
+  if (!parts_.still.is_lost()) co_return co_await parts_.drive.stop();
+  auto back = co_await setup_.frame.reconnect();
+  if (!back) co_return;
+  auto stopped = co_await parts_.drive.stop_silently();
+  if (!stopped) co_return;
+  auto rate = co_await setup_.frame.set_sample_rate(setup_.frame_rate_Hz);
+  if (!rate) parts_.drive.lose_link();
 }
 
 Task<Result<>> Run::prepare() {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,6 +27,11 @@ class Run final : private LoadFrame::Listener {
 
   // Runs everything including `finally`. Never cancel it; interrupt it instead.
   Task<RunResult> execute();
+
+  // After `execute`, if the frame was not known to stand: sends STOP once a second, and brings a
+  // lost link back, until standstill is confirmed or `gives_up`. Nothing of it is recorded. False:
+  // it gave up.
+  Task<bool> stop_until_it_stands(std::function<bool()> gives_up);
 
   // From the io thread, at any time. An interrupt acts within a step, without waiting for its end.
   using Taken = InterruptQueue::Taken;
@@ -66,6 +72,8 @@ class Run final : private LoadFrame::Listener {
   void look_around();
   void watch_wall_clock();
 
+  Task<> stop_again();
+
   Task<Result<>> prepare();
   Task<Result<>> look_at_rest();
   Task<std::optional<InterruptRequest>> run_protocol();
@@ -89,6 +97,7 @@ class Run final : private LoadFrame::Listener {
   Finish finish_;
   Pace pace_;
   std::optional<Duration> wall_offset_;  // wall clock minus the run's clock, at the last look
+  bool over_ = false;  // it has ended, and only waits until the frame stands
   bool repeating_ = false;  // the meter's last answer repeated the one before
 };
 

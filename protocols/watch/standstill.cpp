@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/watch/standstill.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -14,6 +16,8 @@ constexpr double kLeaves = 2;
 // Samples come in batches of 100 ms; one may be under way, and one be late (docs/frame-link.md).
 constexpr Duration kUnderWay = std::chrono::milliseconds(300);
 constexpr int kPeriods = 3;
+// A wait that ends later than this is no matter of scheduling (LoopLag).
+constexpr Duration kOwnLag = std::chrono::milliseconds(200);
 
 }  // namespace
 
@@ -28,6 +32,17 @@ std::string_view alarm_words(Standstill standstill) {
     case Standstill::confirmed: break;
   }
   return {};
+}
+
+std::string alarm_words_after(std::int64_t run) {
+  return fmt::format(
+      "frame: {} (since run {} ended); STOP is sent once a second, and nothing begins before the "
+      "frame stands",
+      alarm_words(Standstill::not_confirmed), run);
+}
+
+std::string stood_words(double after_s) {
+  return fmt::format("the frame confirmed standstill {:.0f} s after the end of the run", after_s);
 }
 
 void StandstillWatch::order(double speed_m_s) {
@@ -56,6 +71,13 @@ void StandstillWatch::confirm(MonoTime now, std::optional<Duration> period) {
   look_ends_ = now + kLongLook + kUnderWay + kPeriods * *period;
   if (now > deadline_ || std::exchange(extended_, true)) return;
   deadline_ = std::max(deadline_, look_ends_);
+}
+
+void StandstillWatch::allow_lag(Duration late) {
+  if (late <= kOwnLag) return;
+  said_at_ += late;
+  look_ends_ += late;
+  deadline_ += late;
 }
 
 Duration StandstillWatch::look_time(double tolerance_m) const {

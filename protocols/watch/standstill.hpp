@@ -4,7 +4,9 @@
 // shows a state in which it waits only while `holds()`.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "base/enum_words.hpp"
@@ -26,6 +28,9 @@ inline constexpr EnumWords<6> kWordsOf<Standstill>{"cannot_move", "not_asked",  
                                                    "confirmed",   "not_confirmed", "unknown"};
 // Words for a person who has to act; empty: nobody has to.
 std::string_view alarm_words(Standstill standstill);
+// The same after the end of a run, and once it is over.
+std::string alarm_words_after(std::int64_t run);
+std::string stood_words(double after_s);  // after the end of the run
 
 class StandstillWatch {
  public:
@@ -45,6 +50,9 @@ class StandstillWatch {
   // The frame confirmed STOP. `period`: of the samples; nullopt: none are coming, so its word is
   // all that can be had.
   void confirm(MonoTime now, std::optional<Duration> period);
+  // This program was late by this much: what the samples of that time show arrives at one instant,
+  // so the look takes as much longer.
+  void allow_lag(Duration late);
   // `tolerance_m`: what the travel of a standing frame may differ by.
   void take(const FrameSample& sample, double tolerance_m);
   void contradict(MonoTime now);  // samples show that the frame moves without an order

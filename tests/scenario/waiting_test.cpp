@@ -10,17 +10,17 @@
 #include <filesystem>
 #include <random>
 
-#include "daemon/rig/operator.hpp"
-#include "daemon/rig/sim.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "model/plant.hpp"
 #include "tests/support/daemon_world.hpp"
+#include "tests/support/kept_rig.hpp"
 
 namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
 using nlohmann::json;
+using support::KeptRig;
 using support::PlainClient;
 using testing::HasSubstr;
 
@@ -29,6 +29,7 @@ enum class Wait {
   pause_twice,
   pause_at_place,
   ask,
+  record_until_confirmed,
   confirm_continuation,
   place_weight,
   meter_away,
@@ -46,7 +47,8 @@ std::vector<Wait> scenes_of(RunState state) {
       return {Wait::pause, Wait::pause_twice, Wait::pause_at_place, Wait::pause_then_meter_away,
               Wait::pause_then_frame_away};
     case RunState::waiting_for_operator:
-      return {Wait::ask, Wait::confirm_continuation, Wait::place_weight};
+      return {Wait::ask, Wait::record_until_confirmed, Wait::confirm_continuation,
+              Wait::place_weight};
     case RunState::waiting_for_instrument:
       return {Wait::meter_away, Wait::meter_away_holding_force, Wait::meter_away_then_pause,
               Wait::frame_away};
@@ -69,6 +71,7 @@ const char* word(Wait wait) {
                                     "pause_twice",
                                     "pause_at_place",
                                     "ask",
+                                    "record_until_confirmed",
                                     "confirm_continuation",
                                     "place_weight",
                                     "meter_away",
@@ -116,52 +119,6 @@ std::vector<WaitingCell> cells() {
   return out;
 }
 
-constexpr double kContact_m = 5e-3;  // far from all motions in the air
-
-// Instruments that outlive their session, so that the truth can be read to the end.
-class KeptInstruments final : public Instruments {
- public:
-  explicit KeptInstruments(std::shared_ptr<Instruments> inner) : inner_(std::move(inner)) {
-    info_ = inner_->info();
-  }
-  LcrMeter& meter() override { return inner_->meter(); }
-  LoadFrame& frame() override { return inner_->frame(); }
-  Operator& person() override { return inner_->person(); }
-  Task<> close() override { return inner_->close(); }
-  BenchDoor* door() override { return inner_->door(); }
-
- private:
-  std::shared_ptr<Instruments> inner_;
-};
-
-class KeptRig final : public InstrumentFactory {
- public:
-  KeptRig(asio::any_io_executor executor, VirtualClock& clock,
-          std::function<void(std::shared_ptr<Instruments>)> opened)
-      : executor_(executor), clock_(clock), opened_(std::move(opened)), person_(executor) {}
-
-  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override {
-    SimRequest sim;
-    sim.bench = *find_bench("paper");
-    sim.bench.plant.contact_travel_m = kContact_m;
-    sim.specimen = *request.specimen;
-    sim.weights = request.weights;
-    sim.max_force_N = request.max_force_N;
-    sim.person = &person_;
-    auto made = make_sim_instruments(executor_, clock_, sim);
-    if (!made) co_return fail(made.error());
-    const std::shared_ptr<Instruments> inner = std::move(*made);
-    if (request.why == LearnedBy::start) opened_(inner);
-    co_return std::unique_ptr<Instruments>(std::make_unique<KeptInstruments>(inner));
-  }
-
- private:
-  asio::any_io_executor executor_;
-  VirtualClock& clock_;
-  std::function<void(std::shared_ptr<Instruments>)> opened_;
-  RemoteOperator person_;  // who never comes
-};
-
 class Waiting : public support::DaemonWorld, public testing::WithParamInterface<WaitingCell> {
  protected:
   static constexpr Duration kStep = 5ms;
@@ -192,6 +149,10 @@ class Waiting : public support::DaemonWorld, public testing::WithParamInterface<
     instruments_.reset();
   }
 
+  bool waits_after_a_step() const {
+    return cell_.wait == Wait::ask || cell_.wait == Wait::record_until_confirmed ||
+           cell_.wait == Wait::pause_at_place;
+  }
   double even() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
   void lie() {
     ZwickSim* frame = instruments_->door()->frame_sim();
@@ -212,7 +173,7 @@ class Waiting : public support::DaemonWorld, public testing::WithParamInterface<
   }
 
   std::string protocol() const {
-    const bool ends_soon = cell_.wait == Wait::ask || cell_.wait == Wait::pause_at_place;
+    const bool ends_soon = waits_after_a_step();
     const double lasts_s = to_seconds(after_) + (ends_soon ? 1 : 8);
     const std::string move = fmt::format(
         R"({{ "id": "go", "do": "ramp", "to": {{ "travel_mm": {} }}, "speed_mm_s": {}, "timeout_s": 600 }})",
@@ -222,6 +183,10 @@ class Waiting : public support::DaemonWorld, public testing::WithParamInterface<
     if (cell_.wait == Wait::ask) {
       steps = move + R"(, { "id": "ask", "do": "ask", "text": "Ready?", "answer": "confirmation",
                             "timeout_s": 600 },)" +
+              stay;
+    } else if (cell_.wait == Wait::record_until_confirmed) {
+      steps = move +
+              R"(, { "id": "ask", "do": "record", "until": "confirmed", "timeout_s": 600 },)" +
               stay;
     } else if (cell_.wait == Wait::place_weight) {
       steps = R"({ "id": "go", "do": "place_weight", "force_N": 0.5 },)" + stay;
@@ -381,8 +346,7 @@ void Waiting::set_scene() {
   begin();
   if (cell_.wait != Wait::place_weight) await_motion();
   faulty_ = true;
-  const bool at_the_end = cell_.wait == Wait::ask || cell_.wait == Wait::pause_at_place;
-  if (at_the_end) creep();
+  if (waits_after_a_step()) creep();
   lie();
   switch (cell_.wait) {
     case Wait::pause: return ask("run.pause");
@@ -396,6 +360,7 @@ void Waiting::set_scene() {
       asked_ = clock.now();
       return;
     case Wait::ask:
+    case Wait::record_until_confirmed:
       ASSERT_TRUE(pass_until([this] { return is_in_step("ask"); }));
       asked_ = clock.now();
       return;
@@ -442,6 +407,7 @@ void Waiting::end_scene() {
       EXPECT_TRUE(pass_until([this] { return state_ == "paused" || !ended_.is_null(); }, 20s));
       return;
     case Wait::ask:
+    case Wait::record_until_confirmed:
     case Wait::confirm_continuation:
     case Wait::place_weight:
       EXPECT_TRUE(pass_until(

@@ -121,7 +121,8 @@ class AppPartsTest : public testing::Test {
     return open_read_only(database).value().integer(sql).value();
   }
   RunStarter make_starter() {
-    return RunStarter(io.get_executor(), clock, {database, recorder, rig, known, use, plans, news});
+    return RunStarter(io.get_executor(), clock,
+                      {database, recorder, rig, known, use, plans, news, writes});
   }
 
   TempDir dir;

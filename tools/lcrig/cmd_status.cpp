@@ -69,6 +69,8 @@ void print_last(std::ostream& out, const RunOutcome& last) {
   fmt::print(out, "last: run {} {}{}{}\n", last.run, to_string(last.exit_status),
              last.reason.empty() ? "" : " (" + printable(last.reason, kLongestWords) + ")",
              last.simulated ? " (simulated)" : "");
+  if (!last.stands) fmt::print(out, "{}\n", alarm_words_after(last.run));
+  if (last.stood_after_s) fmt::print(out, "{}\n", stood_words(*last.stood_after_s));
 }
 
 void print_status(Context& context, std::ostream& out, const DaemonStatus& s) {

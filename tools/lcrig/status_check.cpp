@@ -39,7 +39,17 @@ class Checker {
     add_remark(out_.words, words);
   }
 
+  // The reason of the last run may be that of its instrument: it is stated once.
+  bool states_already(const InstrumentState& i) const {
+    return !status_.run && status_.last_run && is_trouble(*status_.last_run) &&
+           status_.last_run->reason == i.why;
+  }
+  static bool is_trouble(const RunOutcome& last) {
+    return !last.stands || last.exit_status == ExitStatus::fail;
+  }
+
   void look_at(const InstrumentState& i) {
+    if (states_already(i)) return;
     const auto* const name = i.which == Instrument::lcr ? "meter" : "frame";
     const bool in_run = status_.run.has_value();
     if (i.condition == InstrumentCondition::absent || i.condition == InstrumentCondition::fault) {
@@ -68,11 +78,11 @@ class Checker {
   }
 
   void look_at_last(const RunOutcome& last) {
-    if (last.stands && last.exit_status != ExitStatus::fail) return;
-    const char* what =
-        last.stands ? "failed" : "ended, and the frame has not confirmed that it stands";
-    find(last.stands ? Verdict::warning : Verdict::critical,
-         fmt::format("run {} {}: {}", last.run, what, printable(last.reason, kLongest)));
+    if (!is_trouble(last)) return;
+    if (!last.stands) find(Verdict::critical, alarm_words_after(last.run));
+    find(Verdict::warning, fmt::format("run {} {}: {}", last.run, to_string(last.exit_status),
+                                       printable(last.reason, kLongest)));
+    if (last.stood_after_s) find(Verdict::warning, stood_words(*last.stood_after_s));
   }
 
   // A queue that a person held, or that is finished, is no reason to warn.

@@ -103,6 +103,30 @@ TEST_F(StatusOfMonitoring, AFailedRunIsAWarningUntilTheNextOneBegins) {
   EXPECT_EQ(verdict(), Verdict::ok);
 }
 
+TEST_F(StatusOfMonitoring, AFrameThatMayMoveAfterItsRunIsNamedUntilItStands) {
+  status.last_run.emplace();
+  status.last_run->run = 7;
+  status.last_run->reason = "by root";
+  status.last_run->stands = false;
+  EXPECT_EQ(verdict(), Verdict::critical);
+  EXPECT_THAT(words(), HasSubstr("frame: standstill not confirmed: use the E-stop"));
+  status.last_run->stands = true;
+  status.last_run->stood_after_s = 12;
+  EXPECT_EQ(verdict(), Verdict::warning);
+  EXPECT_THAT(words(), HasSubstr("the frame confirmed standstill 12 s after the end of the run"));
+}
+
+TEST_F(StatusOfMonitoring, StatesAReasonOnce) {
+  const std::string why = "by root: the frame reports E-stop";
+  status.instruments[1].condition = InstrumentCondition::fault;
+  status.instruments[1].why = why;
+  status.last_run.emplace();
+  status.last_run->reason = why;
+  const std::string once = words();
+  EXPECT_EQ(once.find(why), once.rfind(why)) << once;
+  EXPECT_THAT(once, HasSubstr(why));
+}
+
 TEST_F(StatusOfMonitoring, AQueueIsJudgedByWhyItWaits) {
   status.queue.emplace();
   status.queue->cause = HoldCause::failure;
