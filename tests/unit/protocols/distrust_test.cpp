@@ -48,6 +48,17 @@ TEST_F(Doubt, AZeroThatTheRunAskedForIsNoNews) {
   EXPECT_FALSE(parts().interrupts.empty()) << "the next one is";
 }
 
+TEST_F(Doubt, AZeroOfThisRunThatWasInterruptedIsBlamedOnNobody) {
+  {
+    const ScopedFlag zeroing = parts().distrust.expect_zero();
+  }
+  heed(EventKind::device_origin);
+  EXPECT_THAT(parts().interrupts.take().why, HasSubstr("a `zero` of this run"));
+  parts().distrust.zero_settled();
+  heed(EventKind::device_origin);
+  EXPECT_THAT(parts().interrupts.take().why, HasSubstr("at the machine"));
+}
+
 TEST_F(Doubt, WhereTheOriginIsLostNothingMoves) {
   parts().contact.place(1e-3, 0);
   parts().distrust.lose_origin("restarted");

@@ -47,6 +47,20 @@ TEST_F(StandstillTest, IsClaimedOnlyAfterTheWordOfTheFrameAndSamplesThatAgree) {
   EXPECT_EQ(word(), Standstill::not_asked);
 }
 
+// What arrived while this program stood still came at one instant, and shows nothing of that time.
+TEST_F(StandstillTest, IsAwaitedLongerByTheLagOfThisProgram) {
+  still.order(1e-4);
+  still.ask(now, 0ms);
+  still.confirm(now, kPeriod);
+  const MonoTime ended = still.look_ends();
+  now += 1500ms;
+  still.allow_lag(1480ms);
+  EXPECT_EQ(still.look_ends(), ended + 1480ms);
+  EXPECT_EQ(word(), Standstill::awaited) << "no alarm because of it";
+  show(400ms, 0);
+  EXPECT_EQ(word(), Standstill::confirmed);
+}
+
 TEST_F(StandstillTest, IsNotConfirmedBySamplesThatMove) {
   for (const double speed_m_s : {8e-6, 1e-4, 1e-3, -1e-4}) {
     SCOPED_TRACE(speed_m_s);
