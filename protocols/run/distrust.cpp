@@ -75,8 +75,7 @@ std::string_view Distrust::cause_of_zero() const {
 void Distrust::distrust_zero(const std::string& detail) {
   const std::string why = fmt::format(
       "the zero of force or travel was changed {} ({}): what it shows means nothing to this run "
-      "any "
-      "more",
+      "any more",
       cause_of_zero(), detail);
   forget_places(why);
   drive_.forget_limits();

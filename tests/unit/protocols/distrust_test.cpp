@@ -54,6 +54,12 @@ TEST_F(Doubt, AZeroOfThisRunThatWasInterruptedIsBlamedOnNobody) {
   }
   heed(EventKind::device_origin);
   EXPECT_THAT(parts().interrupts.take().why, HasSubstr("a `zero` of this run"));
+}
+
+TEST_F(Doubt, AfterAZeroThatWasAnsweredANewOriginIsThatOfAPerson) {
+  {
+    const ScopedFlag zeroing = parts().distrust.expect_zero();
+  }
   parts().distrust.zero_settled();
   heed(EventKind::device_origin);
   EXPECT_THAT(parts().interrupts.take().why, HasSubstr("at the machine"));

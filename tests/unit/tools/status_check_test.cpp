@@ -118,8 +118,8 @@ TEST_F(StatusOfMonitoring, AFrameThatMayMoveAfterItsRunIsNamedUntilItStands) {
 
 TEST_F(StatusOfMonitoring, StatesAReasonOnce) {
   const std::string why = "by root: the frame reports E-stop";
-  status.instruments[1].condition = InstrumentCondition::fault;
-  status.instruments[1].why = why;
+  status.instruments = {instrument(InstrumentCondition::unasked),
+                        instrument(InstrumentCondition::fault, why.c_str())};
   status.last_run.emplace();
   status.last_run->reason = why;
   const std::string once = words();
