@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/likeness.hpp"
 #include "analysis/metrics.hpp"
 #include "base/text.hpp"
 
@@ -136,9 +137,10 @@ void append_regions(std::string& out, const RunAnalysis& a) {
 std::string to_text(const RunAnalysis& a) {
   std::string out = a.pressure.words();
   if (!out.empty()) out += '\n';
+  const std::string origin = origin_of(a.conditions);
   out += fmt::format("run {}: {}, specimen {}, {}{}\n", a.run, printable(a.protocol, 60),
                      a.specimen.empty() ? "-" : printable(a.specimen, 60), a.function,
-                     a.simulated ? " (simulated)" : "");
+                     origin.empty() ? "" : " (" + origin + ")");
   for (const std::string& note : a.notes) out += fmt::format("  note: {}\n", printable(note, 1000));
   out += fmt::format(
       "\nResults: value +- standard error, {:g} % interval, readings\n"

@@ -162,7 +162,9 @@ plot::Panel residual_panel(const ReportRun& run) {
 
 std::string run_label(const ReportRun& run) {
   return fmt::format("run {}, {}{}", run.data.run, run.data.row.specimen_name,
-                     run.data.row.simulated ? " (simulated)" : "");
+                     run.data.replayed        ? " (replayed)"
+                     : run.data.row.simulated ? " (simulated)"
+                                              : "");
 }
 
 void add_curve(const ReportRun& run, Direction direction, plot::Series series, plot::Panel& panel) {

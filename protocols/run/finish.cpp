@@ -52,7 +52,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   const bool clears = may_clear(stop && stop->kind == Interrupt::freeze);
   if (clears) co_await run_finally();
   run_.guard.expect_standstill();
-  co_await run_.drive.stop();
+  co_await run_.drive.stop_for_good();
   tell_standstill();
   tell_hands_off(clears);
   run_.distrust.run_ended();

@@ -77,6 +77,11 @@ Task<> FrameDrive::stop() {
   if (!stands) tell_failed(stopped ? kMovesOn : stopped.error().what);
 }
 
+Task<> FrameDrive::stop_for_good() {
+  still_.look_longer();
+  return stop();
+}
+
 // One event for a stop that is tried again and again.
 void FrameDrive::tell_failed(std::string why) {
   if (!std::exchange(told_failed_, true)) log_.event(EventKind::stop_failed, std::move(why));

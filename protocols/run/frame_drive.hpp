@@ -42,6 +42,8 @@ class FrameDrive {
   // Stops now, and records whether standstill was confirmed: by the frame, and by its samples after
   // that.
   Task<> stop();
+  // The last STOP of a run. Nobody looks at the samples after it, so it takes a longer look.
+  Task<> stop_for_good();
   // Stops again and again, once a second, until standstill is confirmed.
   Task<Stands> stand_still();
   // A person wants it to stand: STOP is sent even if nothing was ordered since the last one.

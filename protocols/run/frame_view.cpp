@@ -43,12 +43,18 @@ Result<double> FrameView::present_force_N() const {
   const Duration age = setup_.clock.now() - force_known_;
   const Duration most = std::max<Duration>(kForceAge, from_seconds(3 * (1 / setup_.frame_rate_Hz)));
   if (force_N_ && age <= most) return *force_N_;
-  if (!force_N_) return fail(Errc::no_reply, "step {}: the frame sends no force", log_.step_id());
+  if (!force_N_) return fail(Errc::no_reply, "step {}: {}", log_.step_id(), no_force());
   return fail(
       Errc::no_reply,
       "step {}: the last known force, {:.4f} N, is {:.1f} s old: nobody knows which way leads "
       "to less",
       log_.step_id(), *force_N_, to_seconds(age));
+}
+
+std::string_view FrameView::no_force() const {
+  return overloaded_ ? "the load is beyond the range of the load cell: unload at the machine, then "
+                       "look at the specimen and the cell"
+                     : "the frame sends no force";
 }
 
 bool FrameView::shows_force() const {
@@ -72,8 +78,7 @@ Task<Result<Rest>> FrameView::watch_rest(Duration at_least) {
   wavers_N_ = rest.scatter_N();
   if (rest.forces() == 0) {
     const std::string& step = log_.step_id();
-    co_return fail(Errc::no_reply, "{}the frame sends no force",
-                   step.empty() ? step : "step " + step + ": ");
+    co_return fail(Errc::no_reply, "{}{}", step.empty() ? step : "step " + step + ": ", no_force());
   }
   co_return rest;
 }
@@ -97,7 +102,7 @@ Task<Result<>> FrameView::await_samples(bool feels) {
   while (!heard() && setup_.clock.now() < limit) co_await setup_.clock.wait_for(20ms);
   const bool needed = setup_.frame.capabilities().motion;
   if (samples_ == before && needed) co_return fail(Errc::no_reply, "the frame sends no samples");
-  if (!heard() && needed) co_return fail(Errc::no_reply, "the frame sends no force");
+  if (!heard() && needed) co_return fail(Errc::no_reply, "{}", no_force());
   co_return Result<>();
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_memory.hpp"
@@ -61,6 +62,7 @@ class FrameView {
   Task<Result<>> await_samples(bool feels);
 
  private:
+  std::string_view no_force() const;  // why there is none
   const RunSetup& setup_;
   const EventLog& log_;
   FrameMemory memory_;

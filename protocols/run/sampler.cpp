@@ -159,6 +159,8 @@ Result<> Sampler::judge(const ReadBack& found) {
 }
 
 Task<Result<>> Sampler::compare() {
+  // A read-back proves the readings before it. In virtual time it may be in the same instant.
+  if (proof_.has_open() && clock_.now() <= proof_.last_asked()) co_await clock_.wait_for(1us);
   auto found = co_await ask_back();
   if (!found) co_return fail(found.error());
   auto same = judge(*found);
@@ -191,8 +193,6 @@ Task<Result<>> Sampler::prove() {
 
 Task<> Sampler::finish_proof() {
   if (!proof_.has_open()) co_return;
-  // A read-back proves the readings before it. In virtual time it may be in the same instant.
-  if (clock_.now() <= proof_.last_asked()) co_await clock_.wait_for(1us);
   auto same = co_await prove();
   if (same) co_return;
   const auto rest = proof_.unproven(same.error().what);
@@ -289,10 +289,12 @@ void Sampler::store(const LcrReading& reading, const ReadingTag& tag) {
 Task<Result<LcrReading>> Sampler::read_once() {
   if (slow_ || proof_.is_doubted()) {
     auto same = co_await settle_doubt();
+    if (!same) last_failure_ = ": " + same.error().what;
     if (!same) co_return fail(same.error());
   }
   const Exchange exchange(*this);
   auto reading = co_await lcr_.measure();
+  last_failure_ = reading ? "" : ": " + reading.error().what;
   if (reading) {
     failures_ = 0;
     waiting_.reset();
@@ -338,8 +340,8 @@ Task<Result<>> Sampler::take(const Plan& plan, std::int64_t& taken) {
     if (clock_.now() < due) co_await clock_.wait_until(due);
     if (clock_.now() > limit) {
       auto late =
-          fail(Errc::no_reply, "step {}: only {} of {} readings in {:.1f} s", plan.level.step_id,
-               taken, plan.level.planned_readings, to_seconds(clock_.now() - begin));
+          fail(Errc::no_reply, "step {}: only {} of {} readings in {:.1f} s{}", plan.level.step_id,
+               taken, plan.level.planned_readings, to_seconds(clock_.now() - begin), last_failure_);
       // A meter that is still silent is lost, not slow.
       if (failures_ > 0) co_return lose(std::move(late.value()));
       co_return late;

@@ -98,6 +98,7 @@ class Sampler {
   asio::cancellation_signal cancel_;
   bool running_ = false, ending_ = false;
   int failures_ = 0;  // consecutive failures
+  std::string last_failure_;  // ": " and why the last reading was not taken
   std::optional<MonoTime> waiting_;  // since the last good reading, while somebody reads
   bool interrupted_ = false;
   bool half_set_ = false;  // a configuration was cut off, so readings mean nothing

@@ -16,8 +16,6 @@ constexpr double kLeaves = 2;
 // Samples come in batches of 100 ms; one may be under way, and one be late (docs/frame-link.md).
 constexpr Duration kUnderWay = std::chrono::milliseconds(300);
 constexpr int kPeriods = 3;
-// A wait that ends later than this is no matter of scheduling (LoopLag).
-constexpr Duration kOwnLag = std::chrono::milliseconds(200);
 
 }  // namespace
 
@@ -46,7 +44,7 @@ std::string stood_words(double after_s) {
 }
 
 void StandstillWatch::order(double speed_m_s) {
-  asked_ = said_ = confirmed_ = false;
+  asked_ = said_ = confirmed_ = looks_longer_ = false;
   speed_m_s_ = std::abs(speed_m_s);
 }
 
@@ -74,13 +72,13 @@ void StandstillWatch::confirm(MonoTime now, std::optional<Duration> period) {
 }
 
 void StandstillWatch::allow_lag(Duration late) {
-  if (late <= kOwnLag) return;
   said_at_ += late;
   look_ends_ += late;
   deadline_ += late;
 }
 
 Duration StandstillWatch::look_time(double tolerance_m) const {
+  if (looks_longer_) return kLongLook;
   if (!(speed_m_s_ > 0)) return kShortLook;
   const double leaves_s = std::min(kLeaves * tolerance_m / speed_m_s_, to_seconds(kLongLook));
   return std::max(from_seconds(leaves_s), kShortLook);
@@ -93,6 +91,7 @@ void StandstillWatch::take(const FrameSample& sample, double tolerance_m) {
                          std::abs(*sample.travel_m - *anchor_->travel_m) > tolerance_m;
   if (!anchor_ || moves || elsewhere) {
     moved_ = anchor_ && sample.received > said_at_ + kUnderWay;
+    if (moved_) look_longer();
     anchor_ = sample;
     return;
   }
@@ -102,6 +101,7 @@ void StandstillWatch::take(const FrameSample& sample, double tolerance_m) {
 
 void StandstillWatch::contradict(MonoTime now) {
   if (!asked_) return;
+  look_longer();
   said_ = confirmed_ = false;
   deadline_ = std::min(deadline_, now);
 }

@@ -47,6 +47,9 @@ class StandstillWatch {
   void order(double speed_m_s);
   // STOP is being sent. `brakes`: how long the machine may take to stand.
   void ask(MonoTime now, Duration brakes);
+  // From now until the next order the samples have to agree for the longer time: nobody looks after
+  // this STOP, or a motion was seen.
+  void look_longer() { looks_longer_ = true; }
   // The frame confirmed STOP. `period`: of the samples; nullopt: none are coming, so its word is
   // all that can be had.
   void confirm(MonoTime now, std::optional<Duration> period);
@@ -76,6 +79,7 @@ class StandstillWatch {
   const bool can_move_;
   bool asked_ = false, said_ = false, confirmed_ = false, lost_ = false;
   bool moved_ = false;  // after the frame said that it stands
+  bool looks_longer_ = false;
   bool extended_ = false;  // the deadline, for the samples after the first confirmation
   double speed_m_s_ = 0;
   MonoTime deadline_{}, said_at_{}, look_ends_{};

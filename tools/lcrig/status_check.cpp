@@ -11,7 +11,7 @@ namespace lcrig::cli {
 
 namespace {
 
-constexpr std::size_t kLongest = 200;
+constexpr std::size_t kLongest = 400;  // a reason that ends with the load left on a specimen
 // During a run the meter answers several times a second; with the slowest setting, once in 3 s.
 constexpr double kOldData_s = 10;
 
@@ -39,10 +39,11 @@ class Checker {
     add_remark(out_.words, words);
   }
 
-  // The reason of the last run may be that of its instrument: it is stated once.
+  // What is said of the last run may be what its instrument says: it is stated once.
   bool states_already(const InstrumentState& i) const {
-    return !status_.run && status_.last_run && is_trouble(*status_.last_run) &&
-           status_.last_run->reason == i.why;
+    if (status_.run || !status_.last_run || !is_trouble(*status_.last_run)) return false;
+    const bool may_move = i.which == Instrument::frame && !status_.last_run->stands;
+    return may_move || status_.last_run->reason == i.why;
   }
   static bool is_trouble(const RunOutcome& last) {
     return !last.stands || last.exit_status == ExitStatus::fail;

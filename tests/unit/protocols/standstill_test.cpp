@@ -90,8 +90,28 @@ TEST_F(StandstillTest, IsContradictedByAMotionThatBeginsAfterTheWordOfTheFrame) 
   EXPECT_FALSE(still.is_being_looked_at());
   still.confirm(now, kPeriod);
   EXPECT_FALSE(still.has_moved());
-  show(500ms, 0);
+  show(700ms, 0);
+  EXPECT_EQ(word(), Standstill::awaited) << "it moved once, so the look is longer";
+  show(200ms, 0);
   EXPECT_EQ(word(), Standstill::confirmed);
+}
+
+// A frame that creeps at 20 um/s after the last motion of a run was called standing: 4 um in the
+// shorter look are within the tolerance.
+TEST_F(StandstillTest, TheLookAtTheEndOfARunSeesACreepHoweverFastTheLastMotionWas) {
+  for (const double ordered_m_s : {1e-5, 5e-4, 5e-3}) {
+    for (const double creep_m_s : {4e-6, 1e-5, 1.5e-5, 2e-5, -2e-5, 1e-4}) {
+      SCOPED_TRACE(testing::Message() << ordered_m_s << " " << creep_m_s);
+      still.order(ordered_m_s);
+      still.look_longer();
+      still.ask(now, 0ms);
+      still.confirm(now, kPeriod);
+      show(1200ms, creep_m_s);
+      EXPECT_EQ(word(), Standstill::not_confirmed);
+      show(1s, 0);
+      EXPECT_EQ(word(), Standstill::confirmed);
+    }
+  }
 }
 
 TEST_F(StandstillTest, IsNotConfirmedWhileTheFrameSaysThatItMoves) {
