@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/either.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -46,6 +48,16 @@ Task<ProgressKeeper::Shown> RunParts::wait_as(RunState state) {
   auto waiting = progress.show(state, proof);
   if (setup.on_stop) setup.on_stop();
   co_return std::move(waiting);
+}
+
+Task<Result<ProgressKeeper::Shown>> RunParts::wait_for_person(MonoTime until) {
+  auto waiting = wait_as(RunState::waiting_for_operator);
+  auto first = co_await either(std::move(waiting), setup.clock.wait_until(until));
+  if (first.index() == 0) co_return std::move(std::get<0>(first));
+  co_return fail(Errc::not_standing,
+                 "step {}: nobody was asked, because standstill of the frame was not confirmed in "
+                 "the time of the step: use the E-stop",
+                 log.step_id());
 }
 
 RunPoint RunParts::point() const {

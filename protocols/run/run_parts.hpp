@@ -61,6 +61,9 @@ struct RunParts {
   // The only way into a state in which the run waits: returns once the frame stands. Until then the
   // state is `stopping`, STOP is repeated, and after a second it is an alarm.
   Task<ProgressKeeper::Shown> wait_as(RunState state);
+  // The same for a step that waits for a person, within the time of the step: nobody can be asked
+  // before the frame stands, and a run that nobody watches must end. Errors: not_standing.
+  Task<Result<ProgressKeeper::Shown>> wait_for_person(MonoTime until);
   // The state of the run to be stored, from which it can be continued.
   RunPoint point() const;
 };

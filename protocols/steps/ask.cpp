@@ -230,23 +230,6 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
   co_return late;
 }
 
-// The time of the question runs while the frame is being stopped: nobody can be asked meanwhile,
-// and a run that nobody watches must end.
-Task<Result<ProgressKeeper::Shown>> stand_for_question(const Question& question, double patience_s,
-                                                       RunParts& run, AskStep::Progress& progress) {
-  constexpr RunState kState = RunState::waiting_for_operator;
-  Clock& clock = run.setup.clock;
-  const MonoTime until = progress.time.begin(clock.now(), from_seconds(patience_s));
-  auto stands = run.wait_as(kState);
-  if (question.on_timeout == OnTimeout::wait) co_return co_await std::move(stands);
-  auto first = co_await either(std::move(stands), clock.wait_until(until));
-  if (first.index() == 0) co_return std::move(std::get<0>(first));
-  co_return fail(Errc::not_standing,
-                 "step {}: nobody was asked, because standstill of the frame was not confirmed "
-                 "within {:.6g} s: use the E-stop",
-                 question.step_id, patience_s);
-}
-
 }  // namespace
 
 Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
@@ -260,7 +243,10 @@ Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   // A frame that holds a force moves to keep it. No person should reach under a probe that may
   // move, so the frame holds its travel until the answer.
   const Question asked = question(run.log.step_id(), run.values);
-  auto shown = co_await stand_for_question(asked, run.get(timeout), run, progress);
+  Clock& clock = run.setup.clock;
+  MonoTime until = progress.time.begin(clock.now(), from_seconds(run.get(timeout)));
+  if (on_timeout == OnTimeout::wait) until = MonoTime::max();
+  auto shown = co_await run.wait_for_person(until);
   if (!shown) co_return fail(shown.error());
   std::optional<ProgressKeeper::Shown> waiting(std::move(*shown));
   run.event(EventKind::prompt, prompt_words(asked));

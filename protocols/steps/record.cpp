@@ -42,8 +42,9 @@ Task<Result<>> RecordStep::execute(RunParts& run, Progress& progress) const {
   if (run.drive.is_holding_force()) {
     prompt += " The frame moves to hold the force.";
   } else {
-    auto shown = co_await run.wait_as(RunState::waiting_for_operator);
-    waiting.emplace(std::move(shown));
+    auto shown = co_await run.wait_for_person(deadline);
+    if (!shown) co_return fail(shown.error());
+    waiting.emplace(std::move(*shown));
   }
   auto r = co_await either(run.setup.person->confirm(prompt), clock.wait_until(deadline));
   if (r.index() == 0) co_return std::get<0>(r);
