@@ -113,7 +113,6 @@ class Readers : public Rig {
             {"verify", "1", "--anchor", anchor_},
             {"analyze", "1"},
             {"analyze", "1", "--json"},
-            {"compare", "1", "1"},
             {"report", "1", "-o", file("out/report.html")},
             {"export", "1", "-o", file("out/run-1")},
             {"export", "1", "-o", "-", "--layout", "aligned"},
