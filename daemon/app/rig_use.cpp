@@ -18,8 +18,9 @@ Task<Result<>> RigUse::claim(State state) {
                    "`lcrig abort` ends it",
                    run->progress().run);
   }
-  if (state_ == State::stopping)
+  if (state_ == State::stopping) {
     co_return fail(Errc::busy, "{}", alarm_words_after(last_run_->run));
+  }
   if (state_ == State::correcting) {
     co_return fail(
         Errc::busy,
@@ -55,8 +56,9 @@ void RigUse::take(std::unique_ptr<Session> session) {
 
 Result<Run*> RigUse::running() const {
   if (Run* run = live_run()) return run;
-  if (state_ == State::stopping)
+  if (state_ == State::stopping) {
     return fail(Errc::not_standing, "{}", alarm_words_after(last_run_->run));
+  }
   return fail(Errc::invalid_request, "no run is going on");
 }
 

@@ -289,8 +289,10 @@ void Sampler::store(const LcrReading& reading, const ReadingTag& tag) {
 Task<Result<LcrReading>> Sampler::read_once() {
   if (slow_ || proof_.is_doubted()) {
     auto same = co_await settle_doubt();
-    if (!same) last_failure_ = ": " + same.error().what;
-    if (!same) co_return fail(same.error());
+    if (!same) {
+      last_failure_ = ": " + same.error().what;
+      co_return fail(same.error());
+    }
   }
   const Exchange exchange(*this);
   auto reading = co_await lcr_.measure();

@@ -9,7 +9,6 @@
 
 #include "drivers/zwick/sim.hpp"
 #include "model/plant.hpp"
-#include "tests/support/daemon_world.hpp"
 #include "tests/support/kept_rig.hpp"
 
 namespace lcrig {
@@ -17,8 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using nlohmann::json;
-using support::KeptRig;
-using support::PlainClient;
 using testing::HasSubstr;
 
 // What is wrong when the run is stopped. Each is over after kFaulty.
@@ -30,7 +27,7 @@ const char* word(AfterFault fault) {
   return kWords[static_cast<std::size_t>(fault)];
 }
 
-class AfterRun : public support::DaemonWorld, public testing::WithParamInterface<AfterFault> {
+class AfterRun : public support::KeptRigWorld, public testing::WithParamInterface<AfterFault> {
  protected:
   static constexpr Duration kFaulty = 20s;
   static constexpr const char* kLongWay =
@@ -42,23 +39,6 @@ class AfterRun : public support::DaemonWorld, public testing::WithParamInterface
                    "timeout_s": 200 } ],
       "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -1 }, "speed_mm_s": 0.5,
                      "timeout_s": 60 } ] })";
-
-  AppParts parts() override {
-    AppParts out;
-    out.rig = std::make_unique<KeptRig>(io.get_executor(), clock, [this](auto instruments) {
-      instruments_ = std::move(instruments);
-    });
-    return out;
-  }
-  void SetUp() override {
-    DaemonWorld::SetUp();
-    client_ = std::make_unique<PlainClient>(socket_path());
-  }
-  void TearDown() override {
-    client_.reset();
-    DaemonWorld::TearDown();
-    instruments_.reset();
-  }
 
   static json entry(const std::string& specimen) {
     json out = start_request(kLongWay);
@@ -113,8 +93,6 @@ class AfterRun : public support::DaemonWorld, public testing::WithParamInterface
   // Begins the first entry of the queue, and freezes it with the fault.
   void freeze_with_fault();
 
-  std::shared_ptr<Instruments> instruments_;
-  std::unique_ptr<PlainClient> client_;
   bool known_ = false, started_ = false;
   double travel_m_ = 0;
   std::optional<MonoTime> moved_;
@@ -183,6 +161,18 @@ TEST_P(AfterRun, StopIsSentAndNothingBeginsUntilTheFrameStands) {
   go_on(1s);
   const json queue = ask("status")["result"]["queue"];
   EXPECT_NE(queue.value("prompt", ""), "") << "now a person may act: " << queue;
+}
+
+// The service ends while the frame may move: it does not wait for a frame that never answers.
+TEST_P(AfterRun, TheDaemonEndsWhileTheFrameMayMove) {
+  freeze_with_fault();
+  if (HasFatalFailure()) return;
+  const MonoTime asked = clock.now();
+  client_.reset();
+  stop();
+  RecordProperty("to_end_s", std::to_string(to_seconds(clock.now() - asked)));
+  EXPECT_LT(clock.now() - asked, 20s) << "longer than a few attempts to stop";
+  start("again.db");
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, AfterRun,

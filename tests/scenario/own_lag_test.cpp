@@ -8,7 +8,6 @@
 
 #include "drivers/zwick/sim.hpp"
 #include "model/plant.hpp"
-#include "tests/support/daemon_world.hpp"
 #include "tests/support/kept_rig.hpp"
 
 namespace lcrig {
@@ -16,8 +15,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using nlohmann::json;
-using support::KeptRig;
-using support::PlainClient;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -27,7 +24,7 @@ const char* word(LagIn in) {
   return kWords[static_cast<std::size_t>(in)];
 }
 
-class OwnLag : public support::DaemonWorld,
+class OwnLag : public support::KeptRigWorld,
                public testing::WithParamInterface<std::tuple<LagIn, int>> {
  protected:
   static constexpr const char* kProtocol =
@@ -42,23 +39,7 @@ class OwnLag : public support::DaemonWorld,
       "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -1 }, "speed_mm_s": 0.5,
                      "timeout_s": 60 } ] })";
 
-  AppParts parts() override {
-    AppParts out;
-    out.rig = std::make_unique<KeptRig>(io.get_executor(), clock, [this](auto instruments) {
-      instruments_ = std::move(instruments);
-      instruments_->door()->frame_sim()->settings().answer_delay_s = 0.4;
-    });
-    return out;
-  }
-  void SetUp() override {
-    DaemonWorld::SetUp();
-    client_ = std::make_unique<PlainClient>(socket_path());
-  }
-  void TearDown() override {
-    client_.reset();
-    DaemonWorld::TearDown();
-    instruments_.reset();
-  }
+  void opened() override { instruments_->door()->frame_sim()->settings().answer_delay_s = 0.4; }
 
   // Nothing of this process runs for this time.
   void stand_still(Duration time) {
@@ -101,8 +82,6 @@ class OwnLag : public support::DaemonWorld,
     return out;
   }
 
-  std::shared_ptr<Instruments> instruments_;
-  std::unique_ptr<PlainClient> client_;
   json ended_;
   std::string state_, step_;
   bool alarmed_ = false;

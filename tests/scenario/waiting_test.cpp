@@ -12,7 +12,6 @@
 
 #include "drivers/zwick/sim.hpp"
 #include "model/plant.hpp"
-#include "tests/support/daemon_world.hpp"
 #include "tests/support/kept_rig.hpp"
 
 namespace lcrig {
@@ -20,7 +19,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using nlohmann::json;
-using support::KeptRig;
 using support::PlainClient;
 using testing::HasSubstr;
 
@@ -119,19 +117,14 @@ std::vector<WaitingCell> cells() {
   return out;
 }
 
-class Waiting : public support::DaemonWorld, public testing::WithParamInterface<WaitingCell> {
+class Waiting : public support::KeptRigWorld, public testing::WithParamInterface<WaitingCell> {
  protected:
   static constexpr Duration kStep = 5ms;
   static constexpr Duration kAlarm = 3s;  // after the wait was asked for
   static constexpr Duration kAnswer = 1500ms;  // after the request
 
-  AppParts parts() override {
-    AppParts out;
-    out.rig = std::make_unique<KeptRig>(io.get_executor(), clock, [this](auto instruments) {
-      instruments_ = std::move(instruments);
-      if (from_the_start_) lie();
-    });
-    return out;
+  void opened() override {
+    if (from_the_start_) lie();
   }
   void SetUp() override {
     cell_ = GetParam();
@@ -140,13 +133,7 @@ class Waiting : public support::DaemonWorld, public testing::WithParamInterface<
     // Slower motions leave the tolerance of the samples after the look only (Standstill).
     speed_mm_s_ = 0.01 * std::pow(50, even());
     after_ = from_seconds(0.3 + 1.5 * even());
-    DaemonWorld::SetUp();
-    client_ = std::make_unique<PlainClient>(socket_path());
-  }
-  void TearDown() override {
-    client_.reset();
-    DaemonWorld::TearDown();
-    instruments_.reset();
+    KeptRigWorld::SetUp();
   }
 
   bool waits_after_a_step() const {
@@ -330,8 +317,6 @@ class Waiting : public support::DaemonWorld, public testing::WithParamInterface<
   std::mt19937_64 random_;
   double speed_mm_s_ = 0;
   Duration after_{};
-  std::shared_ptr<Instruments> instruments_;
-  std::unique_ptr<PlainClient> client_;
   bool from_the_start_ = false, faulty_ = false, claimed_wrongly_ = false, missed_alarm_ = false;
   double travel_m_ = 0;
   std::optional<MonoTime> moved_, asked_;

@@ -9,6 +9,7 @@
 
 #include "daemon/rig/operator.hpp"
 #include "daemon/rig/sim.hpp"
+#include "tests/support/daemon_world.hpp"
 
 namespace lcrig::support {
 
@@ -56,6 +57,33 @@ class KeptRig final : public InstrumentFactory {
   VirtualClock& clock_;
   std::function<void(std::shared_ptr<Instruments>)> opened_;
   RemoteOperator person_;  // who never comes
+};
+
+// A daemon on such a rig, and a client of it.
+class KeptRigWorld : public DaemonWorld {
+ protected:
+  virtual void opened() {}  // the instruments of a run were opened
+
+  AppParts parts() override {
+    AppParts out;
+    out.rig = std::make_unique<KeptRig>(io.get_executor(), clock, [this](auto instruments) {
+      instruments_ = std::move(instruments);
+      opened();
+    });
+    return out;
+  }
+  void SetUp() override {
+    DaemonWorld::SetUp();
+    client_ = std::make_unique<PlainClient>(socket_path());
+  }
+  void TearDown() override {
+    client_.reset();
+    DaemonWorld::TearDown();
+    instruments_.reset();
+  }
+
+  std::shared_ptr<Instruments> instruments_;  // of the last run
+  std::unique_ptr<PlainClient> client_;
 };
 
 }  // namespace lcrig::support
