@@ -5,9 +5,9 @@
 
 #include "base/decimal.hpp"
 #include "base/units.hpp"
+#include "daemon/record/stored_frame.hpp"
 #include "daemon/rig/corrector.hpp"
 #include "daemon/session.hpp"
-#include "storage/frame_capabilities.hpp"
 
 namespace lcrig {
 
@@ -16,18 +16,7 @@ using nlohmann::json;
 namespace {
 
 StoredCapabilities capabilities_of(const FrameCapabilities& c, const InstrumentsInfo& info) {
-  StoredCapabilities out;
-  out.motion = c.motion;
-  out.force_hold = c.force_hold;
-  out.device_stop = c.device_stop;
-  out.weights = c.weights;
-  out.force_max_N = c.force_max.si();
-  out.speed_max_m_s = c.speed_max.si();
-  out.travel_min_m = c.travel_min.si();
-  out.travel_max_m = c.travel_max.si();
-  out.reaction_s = to_seconds(c.reaction);
-  out.deceleration_m_s2 = c.deceleration.si();
-  if (c.force_class) out.force_class_percent = c.force_class->percent();
+  StoredCapabilities out = stored_capabilities(c);
   if (!c.weights) out.cell_serial = info.frame.cell_serial;
   out.probe_serial = info.fixture.probe_serial;
   out.probe_name = info.fixture.probe_name;

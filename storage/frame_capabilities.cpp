@@ -10,7 +10,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char* kForceClass = "force_class_percent";
+constexpr const char *kForceClass = "force_class_percent", *kForceLoop = "force_loop";
 
 template <class F, class T>
 void fields(F field, T& c) {
@@ -18,15 +18,48 @@ void fields(F field, T& c) {
   field("force_hold", c.force_hold);
   field("device_stop", c.device_stop);
   field("weights", c.weights);
+  field("force_channel", c.force_channel);
+  field("travel_channel", c.travel_channel);
+  field("zero_force", c.zero_force);
+  field("zero_travel", c.zero_travel);
   field("force_max_N", c.force_max_N);
+  field("speed_min_m_s", c.speed_min_m_s);
   field("speed_max_m_s", c.speed_max_m_s);
   field("travel_min_m", c.travel_min_m);
   field("travel_max_m", c.travel_max_m);
+  field("sample_rate_max_Hz", c.sample_rate_max_Hz);
   field("reaction_s", c.reaction_s);
   field("deceleration_m_s2", c.deceleration_m_s2);
   field("cell_serial", c.cell_serial);
   field("probe_serial", c.probe_serial);
   field("probe_name", c.probe_name);
+}
+
+template <class F, class T>
+void loop_fields(F field, T& loop) {
+  field("approach_m_s", loop.approach_m_s);
+  field("contact_N", loop.contact_N);
+  field("rate_max_N_s", loop.rate_max_N_s);
+  field("lag_s", loop.lag_s);
+  field("ripple_N", loop.ripple_N);
+  field("stiffness_max_N_m", loop.stiffness_max_N_m);
+}
+
+// Some of its fields without the others bound nothing.
+std::optional<StoredForceLoop> parse_loop(const json& stored) {
+  if (!stored.is_object()) return std::nullopt;
+  StoredForceLoop out;
+  bool whole = true;
+  const auto read = [&](const char* key, double& value) {
+    const auto found = stored.find(key);
+    if (found != stored.end() && found->is_number()) {
+      found->get_to(value);
+    } else {
+      whole = false;
+    }
+  };
+  loop_fields(read, out);
+  return whole ? std::optional(out) : std::nullopt;
 }
 
 }  // namespace
@@ -41,6 +74,11 @@ std::string to_json(const StoredCapabilities& capabilities) {
   };
   fields(write, capabilities);
   if (capabilities.force_class_percent) out[kForceClass] = *capabilities.force_class_percent;
+  if (capabilities.force_loop) {
+    json& loop = out[kForceLoop];
+    const auto write_loop = [&loop](const char* key, double value) { loop[key] = value; };
+    loop_fields(write_loop, *capabilities.force_loop);
+  }
   return out.dump();
 }
 
@@ -55,6 +93,9 @@ StoredCapabilities parse_capabilities(std::string_view text) {
   double percent = 0;
   read(kForceClass, percent);
   if (percent > 0) out.force_class_percent = percent;
+  if (const auto loop = stored.find(kForceLoop); loop != stored.end()) {
+    out.force_loop = parse_loop(*loop);
+  }
   return out;
 }
 
