@@ -69,6 +69,7 @@ RunConditions conditions_of(const RunView& view, std::optional<double> c0_pF) {
   if (c.setting && c0_pF && *c0_pF > 0) {
     c.impedance_ohm = 1 / (2 * std::numbers::pi * c.setting->frequency_Hz * *c0_pF * 1e-12);
   }
+  c.dead_weights = data.dead_weights;
   c.force_class_percent =
       force_limit_percent(view.options.rig, data.force_class_percent, data.dead_weights);
   c.probe_diameter_m = data.probe_diameter_m;

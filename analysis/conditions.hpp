@@ -24,6 +24,7 @@ struct RunConditions {
   std::string measured;  // "Cp" or "Cs"
   std::optional<MeterSetting> setting;  // of the readings that count; absent: not recorded
   std::optional<double> impedance_ohm;  // of the specimen without a load, under this setting
+  bool dead_weights = false;  // no load cell
   double force_class_percent = 0;  // recorded, stated or assumed
   std::optional<double> probe_diameter_m, disc_diameter_m;
   std::string specimen_text;

@@ -80,6 +80,11 @@ std::string unlike_meter(const RunAnalysis& from, const RunAnalysis& to) {
 }
 
 std::string unlike_cell(const RunAnalysis& from, const RunAnalysis& to) {
+  const bool a_weights = from.conditions.dead_weights, b_weights = to.conditions.dead_weights;
+  if (a_weights != b_weights) {
+    return fmt::format("{} has weights in its place", run_name(a_weights ? from : to));
+  }
+  if (a_weights) return "both runs have weights in its place, and no run records which they were";
   auto words = unlike_identity(from, to, &RunConditions::cell, "load cell");
   const double a = from.conditions.force_class_percent, b = to.conditions.force_class_percent;
   if (words.empty() && a != b) words = fmt::format("force class {:g} against {:g}", a, b);

@@ -30,22 +30,37 @@ std::string metric_label(const RunAnalysis& analysis, const Metric& metric) {
   return r == nullptr ? metric.label : "sensitivity " + range_name(r->range) + ", fF/kPa";
 }
 
+namespace {
+
+// A hysteresis that was not found is quoted as how large it may be.
+bool is_found(const RunAnalysis& analysis, const Metric& metric) {
+  return &metric != &analysis.hysteresis.largest_gap || analysis.hysteresis.resolved;
+}
+
+std::string at_most(double value) {
+  return "not resolved, at most " + number(value, value);
+}
+
+}  // namespace
+
 Cell quoted(const RunAnalysis& analysis, const Metric& metric) {
   if (!metric) return measured(metric);
+  const Estimate& e = *metric.estimate;
   const Uncertainty* u = analysis.uncertainty_of(metric);
   if (u == nullptr) {
-    const auto se = metric.estimate->standard_error;
-    return {measured(metric) + (se ? " (standard error)" : ""), Cell::Kind::number};
+    const std::string shown =
+        !is_found(analysis, metric) && e.interval ? at_most((*e.interval)[1]) : measured(metric);
+    return {shown + (e.standard_error ? " (standard error)" : ""), Cell::Kind::number};
   }
   const auto gaps = u->gaps();
-  const std::string scope =
-      fmt::format("{:g} %, k = {}", u->confidence * 100, plain_number(u->coverage_factor));
-  if (gaps.empty()) {
-    return {measured(metric.value(), u->expanded) + " (" + scope + ")", Cell::Kind::number};
-  }
-  return {number(metric.value(), u->expanded) + " ± at least " + number(u->expanded, u->expanded) +
-              " (" + scope + "; not included: " + text(fmt::format("{}", fmt::join(gaps, ", "))) +
-              ")",
+  const std::string shown = !is_found(analysis, metric) ? at_most(e.value + u->expanded)
+                            : gaps.empty()              ? measured(e.value, u->expanded)
+                                           : number(e.value, u->expanded) + " ± at least " +
+                                                 number(u->expanded, u->expanded);
+  const std::string left_out =
+      gaps.empty() ? "" : "; not included: " + text(fmt::format("{}", fmt::join(gaps, ", ")));
+  return {fmt::format("{} ({:g} %, k = {}{})", shown, u->confidence * 100,
+                      plain_number(u->coverage_factor), left_out),
           Cell::Kind::number};
 }
 

@@ -35,6 +35,7 @@ struct ComparedSpecimen {
 struct ComparedRig {
   double meter_gain = 0, meter_offset_fF = 0, cell_gain = 0, probe_area = 0;
   std::string meter = "LCR-6100 A1", cell = "C1", probe = "P1";  // empty: not stated
+  bool weights = false;  // in place of the load cell
 };
 
 struct ComparedProtocol {
@@ -81,6 +82,7 @@ class ComparedRun {
     data.function = p_.function;
     data.steps = {"s"};
     data.force_class_percent = p_.force_class;
+    data.dead_weights = rig_.weights;
     std::string fixture = "{";
     const auto add = [&fixture](const char* key, const std::string& value) {
       if (value.empty()) return;

@@ -250,6 +250,11 @@ TEST(Comparison, DropsNoPartThatIsNotProvenToBeShared) {
   expect_not_shared(with([](Two& t) { t.rig_b.cell = "C2"; }), kClass, "C1 against C2");
   expect_not_shared(with([](Two& t) { t.rig_b.cell = ""; }), kClass, "run 2 does not prove which");
   expect_not_shared(with([](Two& t) { t.rig_a.cell = t.rig_b.cell = ""; }), kClass, "neither run");
+  constexpr double kMasses = 0.1;
+  expect_not_shared(with([](Two& t) { t.rig_a.weights = t.rig_b.weights = true; }), kMasses,
+                    "both runs have weights in its place");
+  EXPECT_THAT(with([](Two& t) { t.rig_b.weights = true; }).of(kLow).not_shared,
+              testing::Contains("load cell (run 2 has weights in its place)"));
   expect_not_shared(with([](Two& t) { t.rig_b.probe = "P2"; }), kProbe, "P1 against P2");
   expect_not_shared(with([](Two& t) { t.rig_a.probe = t.rig_b.probe = ""; }), kProbe, "neither");
   expect_not_shared(with([](Two& t) { t.p_b.probe_mm = 4.01; }), kProbe, "two diameters");

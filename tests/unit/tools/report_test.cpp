@@ -194,6 +194,16 @@ TEST_F(Report, HeadsThePageWithWhatMayBeQuoted) {
   }
 }
 
+TEST_F(Report, QuotesOfAHysteresisThatWasNotFoundHowLargeItMayBe) {
+  const std::string results = results_of(page({"2"}));
+  const RunAnalysis a = analysis(2);
+  const Metric& m = a.hysteresis.largest_gap;
+  ASSERT_TRUE(m && !a.hysteresis.resolved) << "the run does not show the case";
+  EXPECT_THAT(results, HasSubstr(fmt::format("not resolved, at most <data value='{}'>",
+                                             m.value() + a.uncertainty_of(m)->expanded)));
+  EXPECT_THAT(results, Not(HasSubstr(fmt::format("<data value='{}'>", m.value()))));
+}
+
 TEST_F(Report, ShowsTheAnalysisThatWasAskedFor) {
   const std::string plain = page({"1"});
   const std::string html =
