@@ -40,8 +40,11 @@ std::string service_line(const RunStatus& s) {
     return fmt::format("{}; frame: {}", line, alarm);
   }
   if (all_s > 0) {
-    line += fmt::format(", {:.0f} %, {}{:.0f} min left", std::floor(100 * s.elapsed_s / all_s),
-                        s.overdue ? "more than " : "", std::ceil(s.left_s / 60));
+    line += fmt::format(", {:.0f} %, ", std::floor(100 * s.elapsed_s / all_s));
+    line += s.overdue && s.left_s <= 0
+                ? "longer than planned"
+                : fmt::format("{}{:.0f} min left", s.overdue ? "more than " : "",
+                              std::ceil(s.left_s / 60));
   }
   return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
 }

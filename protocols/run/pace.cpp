@@ -56,10 +56,13 @@ void Pace::write_to(RunProgress& progress) const {
   if (start_ == MonoTime()) return;
   const MonoTime now = clock_.now();
   progress.elapsed_s = to_seconds(now - start_);
+  const bool ended = progress.state == RunState::ended;
   const double in_step_s = to_seconds(now - step_began_);
-  progress.left_s = std::max(0.0, planned_.total_s - passed_s_ - std::min(step_s_, in_step_s));
+  const double planned_left_s = planned_.total_s - passed_s_ - std::min(step_s_, in_step_s);
+  progress.left_s = ended ? 0 : std::max(0.0, planned_left_s);
   const bool late = in_step_s > step_s_ + kUnseen_s;
-  progress.overdue = planned_.total_s > 0 && (late || is_waiting(progress.state));
+  const bool waits = late || is_waiting(progress.state);
+  progress.overdue = !ended && planned_.total_s > 0 && waits;
 }
 
 }  // namespace lcrig

@@ -95,6 +95,7 @@ std::optional<double> fraction(const RunStatus& s) {
 // "left >0:23" while the current step takes longer than planned, because nobody knows how long.
 std::string left_part(const RunStatus& s) {
   if (!(s.planned_s > 0)) return "";
+  if (s.overdue && s.left_s < 0.5) return "overdue";  // nothing is planned after this step
   return fmt::format("left {}{}", s.overdue ? ">" : "", format_time(s.left_s));
 }
 

@@ -59,6 +59,17 @@ TEST_F(PaceOfARun, AStopLeavesFinallyToDo) {
   EXPECT_DOUBLE_EQ(after(4).left_s, 6);
 }
 
+TEST_F(PaceOfARun, NothingIsLeftOfAnEndedRun) {
+  pace.begin_run();
+  pace.begin_step("clear");
+  RunProgress ended = after(20);
+  EXPECT_TRUE(ended.overdue);
+  ended.state = RunState::ended;
+  pace.write_to(ended);
+  EXPECT_FALSE(ended.overdue);
+  EXPECT_EQ(ended.left_s, 0);
+}
+
 TEST_F(PaceOfARun, AContinuedRunHasDoneStepsBehindIt) {
   pace.begin_run();
   pace.pass_over("search");

@@ -53,6 +53,8 @@ TEST(LiveLine, ATimeThatDoesNotCountDownIsMarked) {
   s.overdue = true;
   EXPECT_THAT(format_live_line(s, 80), EndsWith("left >2:30"));
   EXPECT_THAT(format_plain_line(s), EndsWith("left >2:30"));
+  s.left_s = 0;  // in the last step
+  EXPECT_THAT(format_live_line(s, 80), EndsWith("overdue"));
 }
 
 TEST(LiveLine, KeepsStepAndCapacitanceAtFortyColumns) {
