@@ -46,6 +46,23 @@ ForceLoop read_force_loop(const JsonReader& r) {
   return loop;
 }
 
+template <class T>
+void read_optional(const JsonReader& r, std::string_view stem, Dimension d, const Range& range,
+                   T (*make)(double), std::optional<T>& out) {
+  if (const auto si = r.optional_quantity(stem, d, range)) out = make(*si);
+}
+
+void read_stated(const JsonReader& r, StatedFrame& s) {
+  s.force_class = parse_force_class(r);
+  if (const auto loop = r.find("force_loop")) s.force_loop = read_force_loop(*loop);
+  read_optional<Length>(r, "travel_step", Dimension::length, kNotNegative, Length::from_si,
+                        s.travel_step);
+  read_optional<Force>(r, "force_step", Dimension::force, kNotNegative, Force::from_si,
+                       s.force_step);
+  read_optional<Duration>(r, "filter", Dimension::time, Range{0, 60}, from_seconds, s.filter);
+  read_optional<Length>(r, "play", Dimension::length, kNotNegative, Length::from_si, s.play);
+}
+
 void read_frame(const JsonReader& r, Config& c) {
   const JsonReader driver = r.at("driver");
   c.frame_driver = driver.word<FrameDriver>();
@@ -55,9 +72,8 @@ void read_frame(const JsonReader& r, Config& c) {
     c.frame_port = read_port(r);
     f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
     f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
-    f.force_class = parse_force_class(r);
+    read_stated(r, f.stated);
     f.cell_serial = parse_name(r, "cell_serial");
-    if (const auto loop = r.find("force_loop")) f.force_loop = read_force_loop(*loop);
   }
   r.no_other_keys();
 }

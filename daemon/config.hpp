@@ -10,6 +10,7 @@
 #include "daemon/rig/bench.hpp"
 #include "drivers/load_frame.hpp"
 #include "drivers/registry.hpp"
+#include "drivers/stated_frame.hpp"
 
 namespace lcrig {
 
@@ -22,9 +23,8 @@ struct FrameFacts {
   std::optional<double> stiffness_N_m;  // of frame, cell and fixture together, at most; absent:
                                         // rigid
   std::optional<double> start_gap_m;  // the gap when a run begins
-  std::optional<ForceClass> force_class;  // of the load cell
   std::string cell_serial;  // of the load cell; empty: not stated
-  std::optional<ForceLoop> force_loop;  // used where CAPS do not contain it
+  StatedFrame stated;  // what CAPS may state, too
 };
 
 struct Config {

@@ -188,7 +188,7 @@ std::string config_summary(const Config& config) {
     const auto& stiffness = config.frame.stiffness_N_m;
     line("stiffness", stiffness ? fmt::format("{:g} N/mm", *stiffness * 1e-3)
                                 : std::string("not stated: the frame counts as rigid"));
-    const auto& cell = config.frame.force_class;
+    const auto& cell = config.frame.stated.force_class;
     line("force class", cell ? fmt::format("{:g}", cell->percent())
                              : fmt::format("not stated: {:g} is assumed, unless the frame states "
                                            "another one",

@@ -48,8 +48,15 @@ double si_of(Quantity q) {
 }
 template <auto member, double to_unit = 1.0>
 ConfigValue of_loop(const Config& c) {
-  if (!c.frame.force_loop) return {};
-  return si_of((*c.frame.force_loop).*member) * to_unit;
+  if (!c.frame.stated.force_loop) return {};
+  return si_of((*c.frame.stated.force_loop).*member) * to_unit;
+}
+
+template <auto member, double to_unit = 1.0>
+ConfigValue stated(const Config& c) {
+  const auto& value = c.frame.stated.*member;
+  if (!value) return {};
+  return si_of(*value) * to_unit;
 }
 
 template <auto member>
@@ -94,9 +101,16 @@ constexpr Key kKeys[] = {
      [](const Config& c) { return scaled(c.frame.start_gap_m, 1e3); }, kTakeFrame},
     {"frame.force_class", Part::rig, Needs::machine, kIdle,
      [](const Config& c) {
-       const auto& cell = c.frame.force_class;
+       const auto& cell = c.frame.stated.force_class;
        return cell ? ConfigValue(cell->percent()) : ConfigValue();
      },
+     kTakeFrame},
+    {"frame.travel_step_um", Part::rig, Needs::machine, kIdle,
+     stated<&StatedFrame::travel_step, 1e6>, kTakeFrame},
+    {"frame.force_step_mN", Part::rig, Needs::machine, kIdle, stated<&StatedFrame::force_step, 1e3>,
+     kTakeFrame},
+    {"frame.filter_s", Part::rig, Needs::machine, kIdle, stated<&StatedFrame::filter>, kTakeFrame},
+    {"frame.play_um", Part::rig, Needs::machine, kIdle, stated<&StatedFrame::play, 1e6>,
      kTakeFrame},
     {"frame.cell_serial", Part::rig, Needs::machine, kIdle,
      [](const Config& c) { return text(c.frame.cell_serial); }, kTakeFrame},
@@ -132,7 +146,7 @@ bool applies(const Key& key, const Config& config) {
     case Needs::bench: return config.bench.has_value();
     case Needs::ports: return !config.bench;
     case Needs::machine: return !config.bench && config.frame_driver == FrameDriver::zwick;
-    case Needs::force_loop: return !config.bench && config.frame.force_loop.has_value();
+    case Needs::force_loop: return !config.bench && config.frame.stated.force_loop.has_value();
   }
   return true;
 }

@@ -81,13 +81,12 @@ Rig describe_rig(Instruments& instruments) {
   Rig rig;
   rig.lcr = instruments.meter().capabilities();
   rig.frame = instruments.frame().capabilities();
-  if (!rig.frame.force_loop) rig.frame.force_loop = info.frame.force_loop;
+  rig.frame_differences = instruments.frame().differences();
   rig.pressure.probe_diameter_m = info.fixture.probe_diameter_m;
   rig.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   rig.specimen_least_m = info.specimen_least_m;
   rig.specimen_free_m = info.specimen_free_m;
   rig.frame_stiffness_N_m = info.frame.stiffness_N_m;
-  if (info.frame.force_class) rig.frame.force_class = info.frame.force_class;
   if (info.frame.start_gap_m) rig.start_gap = Length::from_si(*info.frame.start_gap_m);
   rig.compression_m = info.compression_m;
   rig.expected_contact = info.expected_contact;

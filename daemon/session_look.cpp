@@ -108,6 +108,7 @@ Task<Result<>> Session::identify() {
     }
   }
   learn(Instrument::frame, seen);
+  if (seen && known_ != nullptr) known_->stated(frame.capabilities());
   if (!seen && seen.error().code == Errc::unsupported) {
     co_return fail(Errc::unsupported, "{}; no change of the protocol can help", seen.error().what);
   }

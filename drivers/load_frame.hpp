@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/force_class.hpp"
 #include "base/pressure_area.hpp"
@@ -49,6 +50,12 @@ struct FrameCapabilities {
   // Reaction time and deceleration predict the overshoot (docs/frame-link.md, section 2).
   Duration reaction{};
   Acceleration deceleration;
+  // What the samples show, and what the drive does. Absent: not stated.
+  std::optional<Length> travel_step;  // all shown travels are multiples of it
+  std::optional<Force> force_step;
+  std::optional<Duration>
+      filter;  // time constant of the cell's filter, at most; part of `reaction`
+  std::optional<Length> play;  // lost motion of the drive when it turns round, at most
   ForceClass cell() const { return force_class.value_or(kAssumedForceClass); }
   bool operator==(const FrameCapabilities&) const = default;
 };
@@ -108,6 +115,9 @@ class LoadFrame {
   // A token that changes whenever the zero of force or travel may have changed, for any reason.
   // Valid after `identify` or `observe`. nullopt: this frame does not report it.
   virtual std::optional<std::string> origin() const { return std::nullopt; }
+  // Sentences about values that the frame and a person state differently. `capabilities` has the
+  // worse ones.
+  virtual std::vector<std::string> differences() const { return {}; }
   // Takes command and makes the capabilities valid. Stops a moving machine, even if it does not
   // identify itself.
   virtual Task<Result<Identity>> identify() = 0;

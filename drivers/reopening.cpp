@@ -77,7 +77,8 @@ Task<Result<Identity>> ReopeningFrame::observe(double rate_Hz) {
 void ReopeningFrame::remember(const Identity& identity) {
   if (identity_) return;
   identity_ = identity;
-  capabilities_ = inner_->capabilities();
+  by_gateway_ = inner_->capabilities();
+  counted_ = count_the_worse(by_gateway_, stated_);
 }
 
 void ReopeningFrame::set_listener(Listener* listener) {
@@ -100,7 +101,7 @@ Task<Result<Identity>> ReopeningFrame::reconnect() {
   }
   if (!identity) co_return identity;
   if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
-  if (!is_same_machine(frame->capabilities(), capabilities_)) {
+  if (!is_same_machine(frame->capabilities(), by_gateway_)) {
     co_return fail(Errc::refused,
                    "the frame came back with other capabilities; begin a new run ({})",
                    printable(identity->text));

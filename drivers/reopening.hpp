@@ -13,6 +13,7 @@
 #include "base/clock.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
+#include "drivers/stated_frame.hpp"
 
 namespace lcrig {
 
@@ -56,10 +57,12 @@ class ReopeningMeter final : public LcrMeter {
 
 class ReopeningFrame final : public LoadFrame {
  public:
-  ReopeningFrame(std::unique_ptr<LoadFrame> first, OpenFrame open)
-      : inner_(std::move(first)), open_(std::move(open)) {}
+  // `stated`: by a person, about this frame.
+  ReopeningFrame(std::unique_ptr<LoadFrame> first, OpenFrame open, StatedFrame stated = {})
+      : inner_(std::move(first)), open_(std::move(open)), stated_(std::move(stated)) {}
 
-  const FrameCapabilities& capabilities() const override { return capabilities_; }
+  const FrameCapabilities& capabilities() const override { return counted_.capabilities; }
+  std::vector<std::string> differences() const override { return counted_.differences; }
   std::optional<std::string> origin() const override { return inner_->origin(); }
   Task<Result<Identity>> identify() override;
   Task<Result<Identity>> observe(double rate_Hz) override;
@@ -95,8 +98,11 @@ class ReopeningFrame final : public LoadFrame {
   Listener* listener_ = nullptr;
   std::optional<Identity> identity_;
   std::optional<double> observed_Hz_;  // sample rate of an observed frame; absent: it is commanded
-  FrameCapabilities capabilities_;  // as of the first identify, with the zero of travel at that
-                                    // time
+  StatedFrame stated_;
+  // As of the first identify, with the zero of travel at that time: what the gateway stated, and
+  // what counts.
+  FrameCapabilities by_gateway_;
+  CountedCapabilities counted_;
 };
 
 }  // namespace lcrig

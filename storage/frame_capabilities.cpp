@@ -10,7 +10,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char *kForceClass = "force_class_percent", *kForceLoop = "force_loop";
+constexpr const char* kForceLoop = "force_loop";
 
 template <class F, class T>
 void fields(F field, T& c) {
@@ -33,6 +33,16 @@ void fields(F field, T& c) {
   field("cell_serial", c.cell_serial);
   field("probe_serial", c.probe_serial);
   field("probe_name", c.probe_name);
+}
+
+// Optional numbers.
+template <class F, class T>
+void stated_fields(F field, T& c) {
+  field("force_class_percent", c.force_class_percent);
+  field("travel_step_m", c.travel_step_m);
+  field("force_step_N", c.force_step_N);
+  field("filter_s", c.filter_s);
+  field("play_m", c.play_m);
 }
 
 template <class F, class T>
@@ -73,7 +83,10 @@ std::string to_json(const StoredCapabilities& capabilities) {
     out[key] = value;
   };
   fields(write, capabilities);
-  if (capabilities.force_class_percent) out[kForceClass] = *capabilities.force_class_percent;
+  const auto write_stated = [&out](const char* key, const std::optional<double>& value) {
+    if (value) out[key] = *value;
+  };
+  stated_fields(write_stated, capabilities);
   if (capabilities.force_loop) {
     json& loop = out[kForceLoop];
     const auto write_loop = [&loop](const char* key, double value) { loop[key] = value; };
@@ -90,9 +103,12 @@ StoredCapabilities parse_capabilities(std::string_view text) {
     if (found != stored.end() && found->type() == json(value).type()) found->get_to(value);
   };
   fields(read, out);
-  double percent = 0;
-  read(kForceClass, percent);
-  if (percent > 0) out.force_class_percent = percent;
+  const auto read_stated = [&stored](const char* key, std::optional<double>& value) {
+    const auto found = stored.find(key);
+    if (found != stored.end() && found->is_number()) value = found->get<double>();
+  };
+  stated_fields(read_stated, out);
+  if (!(out.force_class_percent.value_or(1) > 0)) out.force_class_percent.reset();
   if (const auto loop = stored.find(kForceLoop); loop != stored.end()) {
     out.force_loop = parse_loop(*loop);
   }

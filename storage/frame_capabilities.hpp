@@ -25,6 +25,8 @@ struct StoredCapabilities {
   double reaction_s = 0, deceleration_m_s2 = 0;
   std::optional<double> force_class_percent = {};  // of the load cell; absent: not stated
   std::optional<StoredForceLoop> force_loop = {};  // absent: not known
+  // As stated; absent: not stated.
+  std::optional<double> travel_step_m = {}, force_step_N = {}, filter_s = {}, play_m = {};
   std::string cell_serial = {}, probe_serial = {}, probe_name = {};  // as stated; empty: not stated
 };
 std::string to_json(const StoredCapabilities& capabilities);

@@ -232,6 +232,8 @@ void fields(F& f, Of<F, InstrumentState>& i) {
   f.integer("run", i.run);
   f.quantity("age_s", i.age_s, 0);
   f.quantity("since_s", i.since_s, 0);
+  f.boolean("statements_known", i.statements_known);
+  f.texts("unstated", i.unstated);
 }
 
 template <class F>

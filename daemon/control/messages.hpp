@@ -106,6 +106,10 @@ struct InstrumentState {
   std::optional<std::int64_t> run;  // the run that uses it, or that reported its condition
   std::optional<double> age_s;  // since its last answer or data; none: there was none
   std::optional<double> since_s;  // time in this condition
+  // Of the frame: whether it is known what its gateway states, and the keys of the config file for
+  // what neither states, though a run may need it (drivers/stated_frame.hpp).
+  bool statements_known = false;
+  std::vector<std::string> unstated;
 };
 
 // A run that a crash cut off and that `run.resume` can continue.

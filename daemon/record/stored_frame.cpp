@@ -55,6 +55,10 @@ StoredCapabilities stored_capabilities(const FrameCapabilities& c) {
   out.deceleration_m_s2 = c.deceleration.si();
   if (c.force_class) out.force_class_percent = c.force_class->percent();
   if (c.force_loop) out.force_loop = stored_loop(*c.force_loop);
+  if (c.travel_step) out.travel_step_m = c.travel_step->si();
+  if (c.force_step) out.force_step_N = c.force_step->si();
+  if (c.filter) out.filter_s = to_seconds(*c.filter);
+  if (c.play) out.play_m = c.play->si();
   return out;
 }
 
@@ -72,6 +76,10 @@ FrameCapabilities frame_capabilities(const StoredCapabilities& s) {
     out.force_class = ForceClass(*s.force_class_percent);
   }
   if (s.force_loop) out.force_loop = force_loop(*s.force_loop);
+  if (s.travel_step_m) out.travel_step = Length::from_si(*s.travel_step_m);
+  if (s.force_step_N) out.force_step = Force::from_si(*s.force_step_N);
+  if (s.filter_s) out.filter = from_seconds(*s.filter_s);
+  if (s.play_m) out.play = Length::from_si(*s.play_m);
   return out;
 }
 

@@ -75,6 +75,19 @@ void KnownRig::failed(Instrument which, const Error& error, const Learned& from)
   learn(which, condition_after(error), error.what, from);
 }
 
+void KnownRig::stated(const FrameCapabilities& counted) {
+  InstrumentState& frame = of(Instrument::frame).state;
+  frame.statements_known = true;
+  frame.unstated = missing_statements(counted);
+}
+
+void KnownRig::cannot_state(const StatedFrame& by_person) {
+  if (of(Instrument::frame).state.statements_known) return;
+  FrameCapabilities able;  // to do whatever a person may have to state something for
+  able.motion = able.force_hold = true;
+  stated(count_the_worse(able, by_person).capabilities);
+}
+
 void KnownRig::confirmed(Instrument which, const Learned& from) {
   learn(which, InstrumentCondition::ready, "", from);
 }

@@ -12,6 +12,7 @@
 #include "base/clock.hpp"
 #include "daemon/control/messages.hpp"
 #include "drivers/lcr_meter.hpp"
+#include "drivers/stated_frame.hpp"
 
 namespace lcrig {
 
@@ -37,6 +38,10 @@ class KnownRig {
   // The last question failed. The earlier identity stays known. `unsupported` is not a fault: this
   // instrument cannot be asked.
   void failed(Instrument which, const Error& error, const Learned& from);
+  // The frame's capabilities are known, with what a person states.
+  void stated(const FrameCapabilities& counted);
+  // The frame cannot be asked without taking command. What it stated before stays known.
+  void cannot_state(const StatedFrame& by_person);
   // The same instrument is back, or a run takes over what is known about it.
   void confirmed(Instrument which, const Learned& from);
   // It sent data, which confirms what is known.

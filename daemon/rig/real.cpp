@@ -134,7 +134,7 @@ Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame(WireLogOf log) {
   auto link = co_await open_link(log);
   if (!link) co_return link;
   const auto again = [this, log] { return open_link(log); };
-  frame = std::make_unique<ReopeningFrame>(std::move(*link), again);
+  frame = std::make_unique<ReopeningFrame>(std::move(*link), again, config_.frame.stated);
   co_return frame;
 }
 
@@ -200,6 +200,11 @@ Task<> RealRig::ask_frame() {
   }
   auto identity = co_await (*frame)->observe(0);
   known_.learned(Instrument::frame, identity, Learned(LearnedBy::look));
+  if (identity) {
+    known_.stated((*frame)->capabilities());
+  } else if (identity.error().code == Errc::unsupported) {
+    known_.cannot_state(config_.frame.stated);
+  }
   (*frame)->close();
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
 #include "base/decimal.hpp"
 #include "base/number.hpp"
@@ -67,6 +68,29 @@ Result<std::optional<ForceClass>> parse_force_class(const Line& line) {
   return std::optional(ForceClass(*percent));
 }
 
+// An optional field of revision 3; `digits` shifts its unit to SI.
+template <class T>
+Result<> parse_stated(const Line& line, std::string_view key, int digits, T (*make)(double),
+                      std::optional<T>& out) {
+  constexpr double kMost = 60;  // of a time, as for reaction_s
+  if (!line.find(key)) return {};
+  const auto value = line.number_of(key);
+  if (!value) return fail(value.error());
+  if (*value < 0 || (std::is_same_v<T, Duration> && *value > kMost)) {
+    return fail(Errc::garbled, "CAPS with a {} of {:.6g}", key, *value);
+  }
+  out = make(shift_decimal(*value, digits));
+  return {};
+}
+
+Result<> parse_all_stated(const Line& line, FrameCapabilities& c) {
+  auto r = parse_stated<Length>(line, "travel_step_um", -6, Length::from_si, c.travel_step);
+  if (r) r = parse_stated<Force>(line, "force_step_mN", -3, Force::from_si, c.force_step);
+  if (r) r = parse_stated<Duration>(line, "filter_s", 0, from_seconds, c.filter);
+  if (r) r = parse_stated<Length>(line, "play_um", -6, Length::from_si, c.play);
+  return r;
+}
+
 }  // namespace
 
 std::string format_hello(const Hello& hello) {
@@ -117,6 +141,10 @@ std::string format_caps(const FrameCapabilities& c) {
   w.number("rate_max_hz", c.sample_rate_max_Hz);
   w.number("reaction_s", to_seconds(c.reaction));
   w.number("deceleration_mm_s2", to_mm(c.deceleration.si()));
+  if (c.travel_step) w.number("travel_step_um", shift_decimal(c.travel_step->si(), 6));
+  if (c.force_step) w.number("force_step_mN", shift_decimal(c.force_step->si(), 3));
+  if (c.filter) w.number("filter_s", to_seconds(*c.filter));
+  if (c.play) w.number("play_um", shift_decimal(c.play->si(), 6));
   if (const auto& loop = c.force_loop) {
     w.number("force_approach_mm_s", to_mm(loop->approach.si()));
     w.number("force_contact_N", loop->contact.si());
@@ -158,6 +186,7 @@ Result<FrameCapabilities> parse_caps(const Line& line) {
   c.sample_rate_max_Hz = v[5];
   c.reaction = from_seconds(v[6]);
   c.deceleration = Acceleration::from_si(from_mm(v[7]));
+  if (auto r = parse_all_stated(line, c); !r) return fail(r.error());
   if (c.force_hold) {
     if (auto r = keep(parse_force_loop(line), c.force_loop); !r) return fail(r.error());
   }

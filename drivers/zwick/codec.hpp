@@ -25,7 +25,7 @@
 namespace lcrig::frame_link {
 
 constexpr int kProtocol = 1;
-constexpr int kRevision = 2;  // of the specification
+constexpr int kRevision = 3;  // of the specification
 constexpr Duration kHeartbeat = std::chrono::milliseconds(250);
 constexpr Duration kSilence = std::chrono::seconds(1);
 

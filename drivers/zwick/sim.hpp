@@ -73,7 +73,8 @@ struct RecordedRow {
 
 struct ZwickSimSettings {
   std::string serial = "simulated";
-  int revision = frame_link::kRevision;  // 1: a gateway without observer sessions
+  int revision = frame_link::kRevision;  // 1: a gateway without observer sessions;
+                                         // 2: one that states no steps, filter and play
   double rate_max_Hz = 500;
   bool force_hold = true;
   double speed_min_m_s = 1e-7;

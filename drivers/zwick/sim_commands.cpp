@@ -120,6 +120,12 @@ std::string ZwickSim::caps() const {
     caps.deceleration = 0.05_m_s2;
   }
   if (settings_.revision < 2) caps.force_loop.reset();
+  if (settings_.revision < 3) {
+    caps.travel_step.reset();
+    caps.force_step.reset();
+    caps.filter.reset();
+    caps.play.reset();
+  }
   if (lies_.other_caps) caps.deceleration = caps.deceleration / 2;
   return frame_link::format_caps(caps);
 }

@@ -43,6 +43,10 @@ FrameCapabilities SimLimits::of_machine() const {
   c.sample_rate_max_Hz = settings_.rate_max_Hz;
   c.reaction = from_seconds(p.drive_lag_s + settings_.watch_period_s);
   c.deceleration = Acceleration::from_si(p.deceleration_m_s2);
+  c.travel_step = Length::from_si(p.travel_resolution_m);
+  c.force_step = Force::from_si(p.force_resolution_N);
+  c.filter = Duration::zero();  // this cell has none, and this drive turns round at once
+  c.play = Length();
   return c;
 }
 

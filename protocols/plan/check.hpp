@@ -6,6 +6,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/pressure_area.hpp"
 #include "base/quantity.hpp"
@@ -31,6 +32,7 @@ struct InstrumentNoise {
 struct Rig {
   LcrCapabilities lcr;
   FrameCapabilities frame;
+  std::vector<std::string> frame_differences;  // LoadFrame::differences
   // The probe of the fixture and the disc of the specimen. make_plan sets which of them the
   // pressures of its protocol are over (rig_for).
   PressureArea pressure;

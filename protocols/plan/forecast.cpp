@@ -19,6 +19,11 @@ double reaction_s(const FrameCapabilities& caps) {
   return to_seconds(caps.reaction) + (caps.device_stop ? 0 : kHostLatency_s);
 }
 
+// `reaction` bounds the filter where it is not stated.
+Duration filter_of(const FrameCapabilities& caps) {
+  return caps.filter.value_or(caps.reaction);
+}
+
 }  // namespace
 
 double stopping_way_m(const FrameCapabilities& caps, double speed_m_s) {
@@ -35,11 +40,11 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
 }
 
 Duration shown_after(const FrameCapabilities& caps) {
-  return kFilterTimes * caps.reaction + kOnItsWay;
+  return kFilterTimes * filter_of(caps) + kOnItsWay;
 }
 
 Duration settles_after(const FrameCapabilities& caps) {
-  return std::max<Duration>(Duration::zero(), kSettleTimes * caps.reaction - kArrives);
+  return std::max<Duration>(Duration::zero(), kSettleTimes * filter_of(caps) - kArrives);
 }
 
 Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected,

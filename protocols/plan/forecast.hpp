@@ -15,9 +15,9 @@ namespace lcrig {
 double stopping_way_m(const FrameCapabilities& caps, double speed_m_s);
 // The fastest speed that stops within this way; 0: none.
 double speed_within_m_s(const FrameCapabilities& caps, double way_m);
-// How long after the end of a motion the force shown may still follow it. `reaction_s` bounds the
-// time constant of the cell's filter; after three of them 95 % of a step are shown. A sample may be
-// 0.2 s on its way (docs/frame-link.md, sections 2 and 5).
+// How long after the end of a motion the force shown may still follow it. The time constant of the
+// cell's filter is stated, or bounded by `reaction_s`; after three of them 95 % of a step are
+// shown. A sample may be 0.2 s on its way (docs/frame-link.md, sections 2 and 5).
 Duration shown_after(const FrameCapabilities& caps);
 // How long to wait after a motion, beyond the 0.1 s in which its samples arrive anyway, until the
 // cell shows less than a hundredth of the force that it lost.

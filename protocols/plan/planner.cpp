@@ -150,6 +150,7 @@ void Planner::finish_figures() {
                     "the frame states one",
                     cell.percent()));
   }
+  for (const std::string& text : rig_.known().frame_differences) rig_.assume(text);
   for (const std::string& text : forecast_assumptions(rig_.known(), rig_.forecast())) {
     rig_.assume(text);
   }

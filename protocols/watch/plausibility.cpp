@@ -270,8 +270,8 @@ double Plausibility::stall_s() const {
   if (motion_.direction == 0) {
     return std::max(figures_.stall_s, 4 * figures_.order_force_N / motion_.rate_N_s);
   }
-  // A travel that has not changed yet may be as coarse as one can be.
-  const double digit_m = digit_m_ > 0 ? digit_m_ : kCoarsestDigit_m;
+  // A travel that has not changed yet may be as coarse as stated, or as one can be.
+  const double digit_m = digit_m_ > 0 ? digit_m_ : figures_.coarsest_digit_m;
   const double way_m = std::max(1.5 * figures_.against_m, 3 * digit_m);
   return std::max(figures_.stall_s, way_m / motion_.speed_m_s);
 }

@@ -110,6 +110,7 @@ WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& boun
   const double sure_N = scatter ? std::max(scatter->sure_noise_N(), noise_N) : noise_N;
   f.order_force_N = std::max(kDifferenceSigmas * sure_N, 0.01 * limit_N);
   f.reply_s = kReply_s;
+  if (caps.travel_step) f.coarsest_digit_m = caps.travel_step->si();
   return f;
 }
 

@@ -55,6 +55,7 @@ struct WatchFigures {
   double order_force_N = 0;  // the same for a force; one hundredth of it is added
   double contact_force_N = 0;  // smallest change of force that is not chance
   double travel_noise_m = 0;  // standard deviation of a sample at rest
+  double coarsest_digit_m = kCoarsestDigit_m;  // of a travel whose digit was not seen yet
   double settled_s = 0;  // after a motion, while its samples may still arrive
   double reply_s = 0;  // from the arrival of a contradicting sample to the sending of STOP
 };

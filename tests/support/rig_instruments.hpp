@@ -77,8 +77,8 @@ class RigInstruments final : public Instruments, private BenchDoor {
         person_(clock, std::chrono::seconds(2)) {
     info_.fixture.probe_diameter_m = rig.probe_diameter_m;
     info_.frame.stiffness_N_m = rig.frame_stiffness_N_m;
-    info_.frame.force_class = ForceClass(rig.force_class_percent);
-    info_.frame.force_loop = rig.force_loop;
+    info_.frame.stated.force_class = ForceClass(rig.force_class_percent);
+    info_.frame.stated.force_loop = rig.force_loop;
   }
 
   Result<> build() {
@@ -95,8 +95,8 @@ class RigInstruments final : public Instruments, private BenchDoor {
     meter_ = std::make_unique<ReopeningMeter>(
         std::make_unique<lcr6100::Lcr6100>(std::move(meter->near), clock_),
         [this] { return open_meter(); });
-    frame_ = std::make_unique<ReopeningFrame>(link(std::move(frame->near)),
-                                              [this] { return open_frame(); });
+    frame_ = std::make_unique<ReopeningFrame>(
+        link(std::move(frame->near)), [this] { return open_frame(); }, info_.frame.stated);
     start(meter_sim_->run(), meters_);
     start(frame_sim_->run(), frames_);
     return {};

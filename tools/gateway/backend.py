@@ -50,7 +50,7 @@ class ForceLoop:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """First table of CAPS, with the same names. Each value is a bound that holds in the worst case.
+    """The tables of CAPS, with the same names. Each value is a bound that holds in the worst case.
 
     Travel is as the machine shows it at present. After a zero of travel the numbers differ, but the
     places are the same.
@@ -72,11 +72,24 @@ class Capabilities:
     reaction_s: float
     deceleration_mm_s2: float
     loop: ForceLoop | None = None  # with force_hold
+    # Third table: what the samples show, and what the drive does. None is not sent; the daemon's
+    # config has to state it then.
+    force_class: float | None = None
+    travel_step_um: float | None = None
+    force_step_mN: float | None = None
+    filter_s: float | None = None
+    play_um: float | None = None
 
-    def fields(self, revision: int) -> dict[str, bool | float]:
+    def fields(self, revision: int) -> dict[str, bool | float | None]:
         fields = asdict(self)
         loop = fields.pop("loop")
+        if revision < 3:
+            for key in STATED:
+                del fields[key]
         return {**fields, **loop} if loop and revision >= 2 else fields
+
+
+STATED = ("force_class", "travel_step_um", "force_step_mN", "filter_s", "play_um")
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,9 @@ def _parser() -> argparse.ArgumentParser:
     link.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="to listen on")
     link.add_argument("--port", type=int, default=0, metavar="N", help="TCP port; 0: any free one")
     link.add_argument("--serial", metavar="PATH", help="a serial line, 115200 8N1, instead of TCP")
-    link.add_argument("--revision", type=int, choices=(1, 2), default=2,
-                      help="1: as a gateway that knows no OBSERVE, origin and force loop in CAPS")
+    link.add_argument("--revision", type=int, choices=(1, 2, 3), default=3,
+                      help="2: as a gateway that states no steps, filter, class and play in CAPS; "
+                           "1: nor knows OBSERVE, origin and force loop in CAPS")
     link.add_argument("--ready-file", metavar="PATH", help="gets the ready line too")
     machine = parser.add_argument_group("machine")
     machine.add_argument("--backend", metavar="MODULE:FUNCTION",

@@ -34,7 +34,7 @@ MOST_READS = 64  # reads in a row
 
 
 class Server:
-    def __init__(self, port: Port, backend: Backend, revision: int = 2,
+    def __init__(self, port: Port, backend: Backend, revision: int = 3,
                  witness: Witness | None = None,
                  withholds: Callable[[bytes], bool] = lambda line: False) -> None:
         """`withholds` selects lines that are not sent, for a gateway that breaks its promises."""

@@ -28,7 +28,7 @@ class Kind(enum.Enum):
 
 
 class Session:
-    def __init__(self, backend: Backend, host: Host, revision: int = 2,
+    def __init__(self, backend: Backend, host: Host, revision: int = 3,
                  witness: Witness | None = None) -> None:
         self._backend = backend
         self._host = host

@@ -123,7 +123,8 @@ void draw_link(Draw& draw, std::uint32_t quirks, RandomRig& rig) {
   const double delay_s = draw.even(0, 0.05), jitter_s = draw.even(0, 0.08);
   const double time = draw.even(0, 0.03), force = draw.even(0, 0.05), travel = draw.even(0, 0.05);
   const double answers_s = draw.even(0, 0.3);
-  f.revision = (quirks & kRevision1) != 0 ? 1 : frame_link::kRevision;
+  const int newer = rig.seed % 2 == 0 ? 2 : frame_link::kRevision;  // changes no other draw
+  f.revision = (quirks & kRevision1) != 0 ? 1 : newer;
   if ((quirks & kLate) != 0) {
     f.line_delay_s = delay_s;
     f.line_jitter_s = jitter_s;
@@ -165,6 +166,17 @@ void tell_capabilities(Draw& draw, RandomRig& rig) {
   if (f.force_hold && f.revision >= 2) c.force_loop = loop;
   if (f.force_hold && f.revision < 2 && stated) rig.force_loop = loop;
   rig.frame.declared = c;
+}
+
+// A gateway of revision 3 states what its samples show.
+void tell_steps(RandomRig& rig) {
+  if (rig.frame.revision < 3) return;
+  FrameCapabilities& c = rig.frame.declared.value();
+  c.travel_step = Length::from_si(rig.plant.travel_resolution_m);
+  c.force_step = Force::from_si(rig.plant.force_resolution_N);
+  c.filter = Duration::zero();
+  c.play = Length();
+  c.force_class = ForceClass(rig.force_class_percent);
 }
 
 // Writes a specimen file whose confined stiffness is at least that of the specimen at twice the
@@ -248,6 +260,7 @@ RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
   draw_loop(draw, rig.quirks, rig);
   draw_link(draw, rig.quirks, rig);
   tell_capabilities(draw, rig);
+  tell_steps(rig);
   const Contact contact = draw_contact(draw, rig.limit_N, (rig.quirks & kCurved) != 0);
   const CurvedSpecimen honest(contact.specimen_N_m, contact.curvature_1_m);
   tell_specimen(draw, honest.stiffness_N_m(2 * rig.limit_N), rig);

@@ -179,6 +179,7 @@ TEST_F(Reload, KnowsEveryKeyOfTheFile) {
     "meter": {"driver": "lcr6100", "port": "serial:2184:0060", "serial_number": "7"},
     "frame": {"driver": "zwick", "port": "tcp://192.0.2.1:1", "stiffness_N_mm": 1,
               "start_gap_mm": 1, "force_class": 2, "cell_serial": "X1",
+              "travel_step_um": 1, "force_step_mN": 1, "filter_s": 1, "play_um": 1,
               "force_loop": {"approach_mm_s": 1, "contact_N": 1, "rate_max_N_s": 1, "lag_s": 1,
                              "ripple_N": 1, "stiffness_max_N_mm": 1}},
     "fixture": {"probe_diameter_mm": 5, "probe_serial": "P1", "probe_name": "steel",

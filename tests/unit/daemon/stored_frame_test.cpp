@@ -17,7 +17,7 @@ class RandomCapabilities {
     FrameCapabilities c;
     auto& [motion, force_hold, device_stop, weights, force_channel, travel_channel, zero_force,
            zero_travel, force_max, force_class, speed_min, speed_max, travel_min, travel_max,
-           rate_Hz, force_loop, reaction, deceleration] = c;
+           rate_Hz, force_loop, reaction, deceleration, travel_step, force_step, filter, play] = c;
     for (bool* flag : {&motion, &force_hold, &device_stop, &weights, &force_channel,
                        &travel_channel, &zero_force, &zero_travel}) {
       *flag = chance();
@@ -32,6 +32,10 @@ class RandomCapabilities {
     if (chance()) force_loop = draw_loop();
     reaction = time();
     deceleration = Acceleration::from_si(value());
+    if (chance()) travel_step = Length::from_si(value());
+    if (chance()) force_step = Force::from_si(value());
+    if (chance()) filter = time();
+    if (chance()) play = Length::from_si(value());
     return c;
   }
 

@@ -156,6 +156,27 @@ TEST(FrameLinkMessages, CapabilitiesWithoutAFieldOrWithAnEmptyRangeAreGarbled) {
   EXPECT_FALSE(parse_caps(must_parse(chomp(text))));
 }
 
+TEST(FrameLinkMessages, StatedStepsFilterAndPlaySurviveTheWireAndMayBeAbsent) {
+  FrameCapabilities c;
+  c.force_max = 20.0_N;
+  c.speed_max = 1.0_mm_s;
+  c.sample_rate_max_Hz = 10;
+  c.deceleration = 0.05_m_s2;
+  const auto silent = parse_caps(must_parse(chomp(format_caps(c))));
+  EXPECT_FALSE(silent->travel_step || silent->force_step || silent->filter || silent->play);
+  c.travel_step = Length::from_si(0.25e-6);
+  c.force_step = Force::from_si(0.5e-3);
+  c.filter = std::chrono::milliseconds(20);
+  c.play = Length();
+  auto text = format_caps(c);
+  EXPECT_THAT(text, HasSubstr(" travel_step_um=0.25 force_step_mN=0.5 filter_s=0.02 play_um=0"));
+  const auto back = parse_caps(must_parse(chomp(text)));
+  ASSERT_TRUE(back) << back.error().what;
+  EXPECT_EQ(*back, c);
+  text.replace(text.find("play_um=0"), 9, "play_um=-1");
+  EXPECT_FALSE(parse_caps(must_parse(chomp(text))));
+}
+
 TEST(FrameLinkMessages, CommandsReadAsTheSpecificationSays) {
   EXPECT_EQ(format_move(17, 2.5_mm, 0.5_mm_s), "#17 MOVE travel_mm=2.5 speed_mm_s=0.5\n");
   EXPECT_EQ(format_move_until(18, 1.0_N, 0.016_mm_s, 3.0_mm),

@@ -287,6 +287,21 @@ TEST(ZwickLink, TakesOverWhatBoundsTheForceLoop) {
   EXPECT_EQ(loop->contact, Force::from_si(5e-4));
 }
 
+TEST(ZwickLink, TakesOverWhatEachRevisionStates) {
+  for (const int revision : {1, 2, 3}) {
+    ZwickSimSettings settings;
+    settings.revision = revision;
+    FrameBench b(settings);
+    ASSERT_TRUE(b.run(b.frame->identify()));
+    const FrameCapabilities& c = b.frame->capabilities();
+    EXPECT_EQ(c.force_loop.has_value(), revision >= 2);
+    EXPECT_EQ(c.travel_step && c.force_step && c.filter && c.play, revision >= 3);
+    EXPECT_EQ(c.travel_step || c.force_step || c.filter || c.play, revision >= 3);
+    b.armed();
+    EXPECT_TRUE(b.run(b.frame->move_to(0.1_mm, 0.5_mm_s))) << revision;
+  }
+}
+
 TEST(ZwickLink, GivesASlowMachineTheTimeThatItNeedsToStand) {
   PlantConfig slow = LinearScene::quiet();
   slow.deceleration_m_s2 = 0.5e-3;

@@ -10,13 +10,18 @@ from typing import Callable, Mapping
 from ..protocol import Line
 from .client import Client, Failed, Received, Skipped
 
-HELLO = "HELLO proto=1 revision=2 side=host maker=lcrig model=check version=0"
-OBSERVE = "OBSERVE proto=1 revision=2 side=host maker=lcrig model=check version=0"
+HELLO = "HELLO proto=1 revision=3 side=host maker=lcrig model=check version=0"
+OBSERVE = "OBSERVE proto=1 revision=3 side=host maker=lcrig model=check version=0"
 CAPS_FLAGS = ("motion", "device_stop", "force_hold", "force", "travel", "zero_force", "zero_travel")
 CAPS_NUMBERS = ("force_max_N", "speed_min_mm_s", "speed_max_mm_s", "travel_min_mm", "travel_max_mm",
                 "rate_max_hz", "reaction_s", "deceleration_mm_s2")
 LOOP_NUMBERS = ("force_approach_mm_s", "force_contact_N", "force_rate_max_N_s", "force_lag_s",
                 "force_ripple_N", "force_stiffness_max_N_mm")
+# Revision 3, by the flag of CAPS with which they are required.
+STATED_NUMBERS = {"force": ("force_class", "force_step_mN", "filter_s"), "travel": ("travel_step_um",),
+                  "motion": ("play_um",)}
+NOT_NEGATIVE = ("force_lag_s", "force_ripple_N", "travel_step_um", "force_step_mN", "filter_s", "play_um")
+FORCE_CLASSES = (0.5, 1.0, 2.0, 3.0)
 
 
 @dataclass

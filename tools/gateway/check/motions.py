@@ -267,7 +267,7 @@ def hello_stops(bench: Bench) -> None:
 @check("close_stops", "6", "the end of the connection stops a motion; so does OBSERVE", moves=True)
 def close_stops(bench: Bench) -> None:
     bench.need_revision_2()
-    observe = f"OBSERVE proto=1 revision=2 side=host hz={bench.rate_hz():g}"
+    observe = f"OBSERVE proto=1 revision=3 side=host hz={bench.rate_hz():g}"
     for closes in (True, False):
         client = _begin(bench)
         with client:

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from ..protocol import Line, Malformed, Missing
-from .bench import (CAPS_FLAGS, CAPS_NUMBERS, HELLO, LOOP_NUMBERS, OBSERVE, Bench, check, now_s,
-                    require, travels_mm)
+from .bench import (CAPS_FLAGS, CAPS_NUMBERS, FORCE_CLASSES, HELLO, LOOP_NUMBERS, NOT_NEGATIVE, OBSERVE,
+                    STATED_NUMBERS, Bench, check, now_s, require, travels_mm)
 from .client import Client, Failed, Skipped, seconds
 
 _QUIET_S = 0.3  # time in which nothing may arrive
@@ -33,12 +33,17 @@ def _check_caps(line: Line, bench: Bench) -> None:
             line.flag(key)
         if line.flag("force_hold") and bench.revision >= 2:
             numbers += LOOP_NUMBERS
+        if bench.revision >= 3:
+            numbers += [key for flag, keys in STATED_NUMBERS.items() if line.flag(flag) for key in keys]
         found = {key: line.real(key) for key in numbers}
     except (Missing, Malformed) as error:
         raise Failed(str(error)) from None
     for key in found:
-        positive = key not in ("travel_min_mm", "travel_max_mm", "force_lag_s", "force_ripple_N")
+        positive = key not in ("travel_min_mm", "travel_max_mm", *NOT_NEGATIVE)
         require(not positive or found[key] > 0, f"CAPS: {key} must be above 0")
+        require(key not in NOT_NEGATIVE or found[key] >= 0, f"CAPS: {key} must not be below 0")
+    stated = found.get("force_class", 1.0)
+    require(stated in FORCE_CLASSES, f"CAPS: force_class={stated:g} is no class of ISO 7500-1")
     require(found["travel_min_mm"] < found["travel_max_mm"], "CAPS: travel_min_mm is not the least")
     require(found["speed_min_mm_s"] < found["speed_max_mm_s"], "CAPS: speed_min_mm_s is not the least")
 

@@ -35,7 +35,18 @@ def _truth(rig: Rig) -> dict[str, float]:
         "declared_force_ripple_N": (rig.loop_ripple_N + 5 * rig.cell_noise_N + rig.cell_resolution_N
                                     + creep_N_s * (rig.loop_response_s + rig.loop_delay_s)),
         "declared_force_stiffness_max_N_mm": rig.loop_stiffness_max_N_mm,
+        "declared_force_class": _class(rig),
+        "declared_travel_step_um": round(rig.travel_resolution_mm * 1e3, 9),
+        "declared_force_step_mN": round(rig.cell_resolution_N * 1e3, 9),
+        "declared_filter_s": 0.0,  # the cell shows each reading at once
+        "declared_play_um": 0.0,
     }
+
+
+def _class(rig: Rig) -> float:
+    """The class of ISO 7500-1 that the gain keeps; 3 if it keeps none."""
+    error_percent = abs(rig.cell_gain_ratio - 1) * 100
+    return next((limit for limit in (0.5, 1.0, 2.0) if error_percent <= limit), 3.0)
 
 
 def _with_margin(name: str, value: float) -> float:

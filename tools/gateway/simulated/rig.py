@@ -118,6 +118,11 @@ class Rig:
     declared_force_lag_s: float | None = _declared("force_lag_s")
     declared_force_ripple_N: float | None = _declared("force_ripple_N")
     declared_force_stiffness_max_N_mm: float | None = _declared("force_stiffness_max_N_mm")
+    declared_force_class: float | None = _declared("force_class")
+    declared_travel_step_um: float | None = _declared("travel_step_um")
+    declared_force_step_mN: float | None = _declared("force_step_mN")
+    declared_filter_s: float | None = _declared("filter_s")
+    declared_play_um: float | None = _declared("play_um")
 
     def watch_cycle_s(self) -> float:
         return self.device_cycle_s if self.device_stop else self.poll_cycle_s

@@ -19,7 +19,7 @@ from gateway.session import Session
 
 LOOP = ForceLoop(0.5, 0.02, 2.0, 0.02, 0.005, 50.0)
 CAPABILITIES = Capabilities(True, True, True, True, True, True, True, 20.0, 0.001, 10.0, -30.0, 30.0,
-                            500.0, 0.01, 100.0, LOOP)
+                            500.0, 0.01, 100.0, LOOP, 1.0, 0.1, 0.5, 0.02, 3.0)
 STANDING = State(False, False, 0.0, 0.0, False, 0.002)
 LIMITS = ("LIMITS force_min_N=-0.2 force_max_N=1.5 travel_min_mm=-5 travel_max_mm=5 "
           "speed_max_mm_s=1")
@@ -90,7 +90,7 @@ class FakeMachine(Backend):
 class Desk:
     """A session together with its daemon, its machine and its clock."""
 
-    def __init__(self, revision: int = 2) -> None:
+    def __init__(self, revision: int = 3) -> None:
         self.machine = FakeMachine()
         self.time_s = 100.0
         self.waiting: list[Callable[[], None]] = []

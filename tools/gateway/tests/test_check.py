@@ -9,13 +9,15 @@ import contextlib
 import io
 import subprocess
 import threading
+from dataclasses import replace
 from typing import Any, Iterator
 from unittest import mock
 
 from gateway.backend import State, Window
 from gateway.check import main as check_main
-from gateway.check.bench import CHECKS
+from gateway.check.bench import CHECKS, STATED_NUMBERS
 from gateway.server import Server
+from gateway.simulated.caps import declare
 from gateway.simulated.machine import SimulatedMachine
 from gateway.simulated.panel import Panel
 from gateway.simulated.rig import Rig, with_values
@@ -63,7 +65,7 @@ _RUNS: dict[int, Runs] = {}
 
 def setUpModule() -> None:
     """Starts the checks, which mostly wait, so that the other tests run meanwhile."""
-    _RUNS.update({2: Runs(2, 6), 1: Runs(1, 3)})
+    _RUNS.update({3: Runs(3, 6), 2: Runs(2, 6), 1: Runs(1, 3)})
     for runs in _RUNS.values():
         runs.begin()
 
@@ -82,10 +84,11 @@ class Conformance(unittest.TestCase):
     def skipped(self, lines: list[str]) -> set[str]:
         return {line.split(":")[0].split()[-1] for line in lines if line.startswith("skip")}
 
-    def test_revision_2_keeps_every_promise(self) -> None:
-        lines = self.kept(2)
-        self.assertEqual(self.skipped(lines), {"revision_1"})
-        self.assertEqual(sum(line.startswith("ok") for line in lines), len(CHECKS) - 1 + 6)
+    def test_revisions_2_and_3_keep_every_promise(self) -> None:
+        for revision in (2, 3):
+            lines = self.kept(revision)
+            self.assertEqual(self.skipped(lines), {"revision_1"})
+            self.assertEqual(sum(line.startswith("ok") for line in lines), len(CHECKS) - 1 + 6)
 
     def test_revision_1_keeps_its_own(self) -> None:
         lines = self.kept(1)
@@ -130,6 +133,11 @@ class BrokenGateways(unittest.TestCase):
     def test_motion_before_limits(self) -> None:
         window = Window(-20, 20, 0, 60, 20)
         self.fails("not_armed", mock.patch("gateway.rules.check_ready", lambda s: window))
+
+    def test_steps_that_are_not_stated(self) -> None:
+        for key in STATED_NUMBERS["force"]:
+            self.fails("hello", mock.patch("gateway.simulated.device.declare",
+                                           lambda *given: replace(declare(*given), **{key: None})))
 
     def test_no_watchdog(self) -> None:
         self.fails("silence", mock.patch("gateway.session.SILENCE_S", 1e9))

@@ -44,7 +44,7 @@ class Parameters(unittest.TestCase):
 
     def test_every_key_has_its_unit(self) -> None:
         units = ("_mm", "_mm_s", "_mm_s2", "_s", "_N", "_N_mm", "_N_s", "_per_mm", "_hz", "_ppm",
-                 "_fraction", "_ratio", "_probability")
+                 "_um", "_mN", "_fraction", "_ratio", "_probability", "_class")
         flags_and_texts = [k for k, v in vars(Rig()).items() if isinstance(v, (bool, str))]
         for key in vars(Rig()):
             self.assertTrue(key.endswith(units) or key in flags_and_texts, key)

@@ -7,6 +7,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from dataclasses import replace
 
+from gateway.backend import STATED
 from gateway.tests.support import LIMITS, STANDING, Desk, sample
 
 
@@ -18,6 +19,19 @@ class Opening(unittest.TestCase):
         self.assertEqual(hello.fields["origin"], "o0")
         self.assertEqual(hello.fields["simulated"], "1")
         self.assertEqual(caps.real("force_lag_s"), 0.02)
+        self.assertEqual([caps.real(key) for key in STATED], [1.0, 0.1, 0.5, 0.02, 3.0])
+
+    def test_what_a_back_end_does_not_know_is_not_sent(self) -> None:
+        desk = Desk()
+        desk.machine.can = replace(desk.machine.can, filter_s=None, play_um=None)
+        _, caps = desk.say("HELLO proto=1")
+        self.assertEqual([key for key in STATED if key in caps.fields], list(STATED[:3]))
+
+    def test_revision_2_states_the_force_loop_but_no_steps(self) -> None:
+        hello, caps = Desk(revision=2).say("HELLO proto=1 revision=3")
+        self.assertEqual(hello.fields["revision"], "2")
+        self.assertEqual(caps.real("force_lag_s"), 0.02)
+        self.assertEqual([key for key in STATED if key in caps.fields], [])
 
     def test_hello_stops_and_sets_the_rate_to_0(self) -> None:
         desk = Desk()
@@ -134,6 +148,7 @@ class Observing(unittest.TestCase):
         for key in ("revision", "origin", "simulated"):
             self.assertNotIn(key, hello.fields)
         self.assertNotIn("force_lag_s", caps.fields)
+        self.assertNotIn("force_class", caps.fields)
         self.assertEqual(desk.one("OBSERVE proto=1 hz=50").fields["kind"], "unknown")
         self.assertEqual(desk.one("#1 ZERO force=1").fields, {})
 
