@@ -22,7 +22,8 @@ void add_origin(const RunData& data, Notes& notes) {
   } else if (data.row.simulated) {
     notes.emplace_back("simulated: nothing was measured");
   }
-  for (const EventKind kind : {EventKind::extrapolated, EventKind::device_extrapolated}) {
+  for (const EventKind kind : {EventKind::extrapolated, EventKind::device_extrapolated,
+                               EventKind::device_travel_step, EventKind::device_force_step}) {
     const auto is_kind = [kind](const EventRow& event) { return event.kind == kind; };
     const auto first = std::ranges::find_if(data.events, is_kind);
     if (first == data.events.end()) continue;

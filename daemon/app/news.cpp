@@ -16,7 +16,8 @@ namespace {
 // Events that the journal shows, besides the start and end of a run, and lost instruments
 // (protocols/run/losses.cpp).
 bool is_for_journal(EventKind kind) {
-  return kind == EventKind::limit || kind == EventKind::stop_failed || kind == EventKind::loaded;
+  return kind == EventKind::limit || kind == EventKind::stop_failed || kind == EventKind::loaded ||
+         kind == EventKind::device_travel_step || kind == EventKind::device_force_step;
 }
 
 std::string for_whom(const std::string& operator_name) {

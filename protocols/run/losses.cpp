@@ -72,6 +72,7 @@ void Losses::judge_age(std::span<const FrameSample> samples) {
   const MonoTime now = run_.setup.clock.now();
   const auto finding = sample_clock_.add(samples);
   if (finding.news) run_.event(finding.news->first, finding.news->second);
+  for (const auto& [kind, words] : stated_steps_.add(samples)) run_.event(kind, words);
   const auto own_lag = run_.interrupts.own_lag(now);
   if (finding.age_s <= SampleClock::kLate_s || !own_lag) return;
   const bool ours = finding.age_s - to_seconds(*own_lag) <= SampleClock::kLate_s;

@@ -14,12 +14,13 @@
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/run_parts.hpp"
 #include "protocols/run/sample_clock.hpp"
+#include "protocols/run/stated_steps.hpp"
 
 namespace lcrig {
 
 class Losses {
  public:
-  explicit Losses(RunParts& run) : run_(run) {}
+  explicit Losses(RunParts& run) : run_(run), stated_steps_(run.setup.frame.capabilities()) {}
 
   void lose_meter(Error error);
   void lose_frame(Error error);
@@ -85,6 +86,7 @@ class Losses {
   bool pause_wanted_ = false;
   bool surviving_ = false;  // `survive` runs
   SampleClock sample_clock_;
+  StatedSteps stated_steps_;
   MonoTime age_told_{};
 };
 

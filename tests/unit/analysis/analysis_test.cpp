@@ -133,6 +133,16 @@ TEST(Analyse, ABenchBeyondItsModelIsNoted) {
   EXPECT_THAT(a->notes, Contains("the bench went to 3 N"));
 }
 
+TEST(Analyse, AFalseStatementAboutTheFrameIsNoted) {
+  SyntheticRun run;
+  run.begin();
+  run.play(SyntheticRun::Static());
+  run.event("device_travel_step", "the travel changed by 0.1 um");
+  const auto a = analyse(run.db(), run.end());
+  ASSERT_TRUE(a) << a.error().what;
+  EXPECT_THAT(a->notes, Contains("the travel changed by 0.1 um"));
+}
+
 TEST(Analyse, ListsAnOutlierOfSixSigmaAndKeepsIt) {
   SyntheticRun::Static s;
   s.seed = 5;
