@@ -83,6 +83,7 @@ class BenchInstruments final : public SimulatedInstruments {
     // expectation.
     info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
     info_.frame.cell_serial = request.bench.cell_serial;
+    info_.frame.stated = request.stated;
     info_.specimen_least_m = least_shortening(*request.specimen);
     info_.specimen_free_m = free_shortening(*request.specimen);
     info_.compression_m = world_->compression_m();

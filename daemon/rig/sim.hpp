@@ -31,6 +31,7 @@ struct SimRequest {
   // time.
   Operator* person = nullptr;
   Answers answers;
+  StatedFrame stated;  // about the frame, as a config file would
   FaultDrill* drill = nullptr;  // must outlive the instruments; nullptr: nothing goes wrong
   MakeWire wire;  // empty: memory in virtual time, a socketpair in real time
   // Wraps the drivers' ends of the wires ("sim:lcr", "sim:frame"), for tests. May be empty.

@@ -155,7 +155,8 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
     start(meter_sim_->run(), meters_);
   }
   void use_frame(std::unique_ptr<LoadFrame> frame) {
-    frame_ = std::make_unique<ReopeningFrame>(std::move(frame), [this] { return open_frame(); });
+    frame_ = std::make_unique<ReopeningFrame>(
+        std::move(frame), [this] { return open_frame(); }, info_.frame.stated);
     start(frame_sim_->run(), frames_);
   }
   Result<TransportPair> wire(const std::string& name) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/ostream.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/doctor.hpp"
 #include "tools/lcrig/doctor_bundle.hpp"
+#include "tools/lcrig/state_frame.hpp"
 #include "tools/lcrig/without_values.hpp"
 
 namespace lcrig::cli {
@@ -52,6 +54,8 @@ class DoctorCommand final : public Command {
     list.option(
         "--bundle", bundle_, kFileWord,
         "Also make this .tar.gz for a bug report: versions, findings, state, config, journal");
+    list.options("--state", stated_, "KEY=VALUE",
+                 "State this about the frame in the config file, such as travel_step_um=0.1");
     list.flag("--with-data", with_data_,
               "With all that was measured: database, runs' wire logs, numbers in the journal");
   }
@@ -60,6 +64,8 @@ class DoctorCommand final : public Command {
     if (with_data_ && bundle_.empty()) {
       return Failure(kUsage, "--with-data is for --bundle FILE", "lcrig doctor --help");
     }
+    auto statements = parse_statements(stated_);
+    if (!statements) return statements.error();
     const Machine machine = real_machine();
     Findings findings;
     BundleParts parts;
@@ -68,6 +74,7 @@ class DoctorCommand final : public Command {
     look_at_service(machine, findings);
     findings.push_back(look_at_group("lcrig"));
     look_at_rig(context, machine, parts, findings);
+    look_at_statements(context, parts.config_file, *statements, findings);
     look_at_data(context, machine, parts, findings, daemons_file);
     findings.push_back(look_at_clock(machine));
     findings.push_back(look_at_steal(machine));
@@ -110,6 +117,7 @@ class DoctorCommand final : public Command {
     const auto status = parse_daemon_status(*answer);
     if (!status) return silent(Failure(status.error()));
     look_at_instruments(*status, findings);
+    unstated_ = unstated_of(*status);
     its_file = status->database;
     if (ask_) {
       auto seen = client->call("lcr.show", json::object(), std::chrono::minutes(1));
@@ -155,7 +163,38 @@ class DoctorCommand final : public Command {
     look_at_memory(machine, writer_of(*path), findings);
   }
 
+  static std::vector<std::string> unstated_of(const DaemonStatus& status) {
+    for (const InstrumentState& i : status.instruments) {
+      if (i.which == Instrument::frame) return i.unstated;
+    }
+    return {};
+  }
+
+  // Asks once for what neither the frame nor the config states, and writes it.
+  void look_at_statements(Context& context, const std::string& file, FrameStatements statements,
+                          Findings& findings) const {
+    if (file.empty()) return;  // a finding says why
+    auto missing = without_stated(context, file, unstated_);
+    const bool person = context.console.in_tty && context.console.err_tty && !context.global.json;
+    if (statements.empty() && person) {
+      statements = ask_for_statements(context.console, missing);
+    }
+    if (!statements.empty()) {
+      findings.push_back(state_in_file(context, file, statements));
+      missing = without_stated(context, file, std::move(missing));
+    }
+    if (missing.empty()) return;
+    findings.emplace_back(
+        "frame's facts", Health::warn,
+        fmt::format("neither the frame nor {} states {}; without frame.force_loop no step may "
+                    "control the force",
+                    printable(file), fmt::join(missing, " and ")),
+        "lcrig doctor at a terminal asks for it; or lcrig doctor --state KEY=VALUE; " +
+            doc_page("config-file"));
+  }
+
   std::string bundle_;
+  std::vector<std::string> stated_, unstated_;
   std::optional<MeterCorrections> corrections_;  // what the meter answers now
   bool ask_ = false, with_data_ = false;
 };
