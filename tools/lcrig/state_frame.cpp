@@ -57,6 +57,29 @@ std::string line_of(std::string_view key, double value) {
   return fmt::format("\"{}\": {},", key, value);
 }
 
+// nullopt: left out.
+std::optional<double> ask_for(Console& console, const Question& q) {
+  for (;;) {
+    const auto line = console.wait_for_line(fmt::format("{} ({}): ", q.words, q.key));
+    if (!line || line->empty()) return std::nullopt;
+    const auto value = number_from<double>(*line);
+    if (value && *value >= 0) return value;
+    console.note(printable(*line, kLongestName) + ": expected a number from 0 on, or Enter");
+  }
+}
+
+// All values of a group or none: some of a force loop without the others bound nothing.
+FrameStatements ask_for_group(Console& console, std::string_view group) {
+  FrameStatements out;
+  for (const Question& q : kQuestions) {
+    if (q.group == nullptr || q.group != group) continue;
+    const auto value = ask_for(console, q);
+    if (!value) return {};
+    out.emplace_back(q.key, *value);
+  }
+  return out;
+}
+
 // Keeps owner and rights of the file that it replaces.
 Result<> replace_file(PartFile& part, const std::string& path, std::string_view text) {
   struct ::stat old{};
@@ -114,20 +137,10 @@ FrameStatements ask_for_statements(Console& console, const std::vector<std::stri
   if (unstated.empty()) return out;
   console.note(
       "the frame does not state all that a run may need, and nothing is guessed: state it once, "
-      "from its manual or a measurement; Enter leaves a value out");
-  for (const Question& q : kQuestions) {
-    if (q.group == nullptr || std::ranges::count(unstated, q.group) == 0) continue;
-    for (;;) {
-      const auto line = console.wait_for_line(fmt::format("{} ({}): ", q.words, q.key));
-      if (!line) return out;
-      if (line->empty()) break;
-      const auto value = number_from<double>(*line);
-      if (value && *value >= 0) {
-        out.emplace_back(q.key, *value);
-        break;
-      }
-      console.note(printable(*line, kLongestName) + ": expected a number from 0 on, or Enter");
-    }
+      "from its manual or a measurement; Enter leaves it out");
+  for (const std::string& group : unstated) {
+    const auto answers = ask_for_group(console, group);
+    out.insert(out.end(), answers.begin(), answers.end());
   }
   return out;
 }

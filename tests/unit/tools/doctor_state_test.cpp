@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <deque>
 #include <filesystem>
 #include <fstream>
 
 #include "base/strict_json.hpp"
 #include "tests/support/without_rights.hpp"
 #include "tests/unit/tools/served.hpp"
+#include "tools/lcrig/state_frame.hpp"
 
 namespace lcrig::cli {
 namespace {
@@ -77,6 +79,24 @@ TEST_F(DoctorOfAnOldGateway, AsksOnceAtATerminalAndKeepsTheRestOfTheFile) {
   cli.run({"doctor"});
   EXPECT_EQ(cli.err.str().find("nothing is guessed"), std::string::npos) << "asked again";
   EXPECT_EQ(text(), after);
+}
+
+TEST(DoctorQuestions, AreAskedAgainAfterNonsenseAndAForceLoopIsStatedWholeOrNot) {
+  std::ostringstream out, err;
+  Console console(out, err);
+  std::deque<std::string> typed{"fine", "-1", "0.1", "0.5", "0.02", ""};
+  console.enter = [&]() -> std::optional<std::string> {
+    if (typed.empty()) return std::nullopt;
+    const std::string line = typed.front();
+    typed.pop_front();
+    return line;
+  };
+  const auto stated = ask_for_statements(console, {"frame.travel_step_um", "frame.force_loop"});
+  ASSERT_EQ(stated.size(), 1U) << "the third value of the force loop was left out";
+  EXPECT_EQ(stated[0].key, "travel_step_um");
+  EXPECT_EQ(stated[0].value, 0.1);
+  EXPECT_THAT(err.str(), HasSubstr("fine: expected a number from 0 on"));
+  EXPECT_TRUE(ask_for_statements(console, {"frame.force_loop"}).empty()) << "the terminal is gone";
 }
 
 TEST_F(DoctorOfAnOldGateway, TakesValuesFromAScriptAndGuessesNone) {
