@@ -193,6 +193,12 @@ std::string config_summary(const Config& config) {
                              : fmt::format("not stated: {:g} is assumed, unless the frame states "
                                            "another one",
                                            kAssumedForceClass.percent()));
+    const auto from_frame = [](bool stated) {
+      return std::string(stated ? "stated; the worse counts if the frame states it, too"
+                                : "not stated: the frame has to state it (lcrig doctor)");
+    };
+    line("force loop", from_frame(config.frame.stated.force_loop.has_value()));
+    line("step of travel", from_frame(config.frame.stated.travel_step.has_value()));
     line("load cell", or_not_stated(config.frame.cell_serial));
   }
   if (const auto& d = config.fixture.probe_diameter_m) {

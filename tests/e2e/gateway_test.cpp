@@ -173,6 +173,38 @@ TEST_F(Gateway, AnOldGatewayIsCommandedButNotObserved) {
   gateway_.reset();
 }
 
+// A contact that the machine's force loop can hold.
+TEST_F(Gateway, AnOldGatewayHoldsForcesWithWhatDoctorAskedForAndWrote) {
+  start_rig({"stiffness_N_mm=20", "stiffness_curvature_per_mm=0", "stiffness_most_N_mm=30",
+             "contact_travel_mm=30", "start_travel_mm=29.8"},
+            {"--revision", "1"});
+  Child& daemon = start_daemon(foreign_config(30));
+  const auto here = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--socket", file("control.sock"), "--config", file("d1.json")});
+    return lcrig(std::move(words), 90s);
+  };
+  const std::vector<std::string> run{"run", "static-frame", "--specimen", "paper-1",
+                                     "-p",  "levels=2",     "-p",         "repeats=1",
+                                     "-p",  "readings=2",   "-p",         "rate_N_s=1"};
+  EXPECT_THAT(here(run).err, HasSubstr("state frame.force_loop in the config"));
+  EXPECT_THAT(here({"doctor", "--ask"}).out,
+              HasSubstr("states frame.travel_step_um and frame.force_loop"));
+  const Ended stated =
+      here({"doctor", "--state", "travel_step_um=0.1", "--state", "force_loop.approach_mm_s=0.5",
+            "--state", "force_loop.contact_N=0.02", "--state", "force_loop.rate_max_N_s=2",
+            "--state", "force_loop.lag_s=0.02", "--state", "force_loop.ripple_N=0.006", "--state",
+            "force_loop.stiffness_max_N_mm=60"});
+  EXPECT_THAT(stated.out, HasSubstr("written into"));
+  daemon.signal(SIGHUP);
+  Control client = control();
+  client.listen(500ms);
+  const Ended held = here(run);
+  EXPECT_EQ(held.code, 0) << held.err;
+  EXPECT_THAT(here({"doctor", "--ask"}).out, testing::Not(HasSubstr("frame's facts")));
+  end_gateway();
+  gateway_.reset();
+}
+
 // After a new zero the samples of the first run no longer mean anything.
 TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   start_rig();
