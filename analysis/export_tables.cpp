@@ -187,8 +187,10 @@ Result<> write_side_by_side(const Database& db, const ExportContext& c, Layout l
 Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out) {
   return for_each_row(
       db, c,
-      "SELECT seq, at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? ORDER BY seq", out,
-      [&](const Statement& row) -> Result<> {
+      fmt::format("SELECT seq, at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? AND {}"
+                  " ORDER BY seq",
+                  kIsShown),
+      out, [&](const Statement& row) -> Result<> {
         out.integer(row.integer(0));
         out.decimal(row.integer(1) - c.start_ns, -9);
         for (int i = 2; i <= 4; ++i) out.text(row.text(i));

@@ -161,9 +161,10 @@ class Loader {
       out_.duration_s = std::max(out_.duration_s, e.t_s);
       out_.events.push_back(std::move(e));
     };
-    return db_.each(
-        "SELECT at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? ORDER BY seq", take,
-        out_.run);
+    const auto sql = fmt::format(
+        "SELECT at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? AND {} ORDER BY seq",
+        kIsShown);
+    return db_.each(sql, take, out_.run);
   }
 
   void abandon(const std::string& detail) {

@@ -2,6 +2,7 @@
 #include "events/payloads.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace lcrig {
@@ -10,6 +11,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kLargest = std::numeric_limits<double>::max();
+
 std::string quoted(std::string_view text) {
   return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -17,13 +20,18 @@ std::string quoted(std::string_view text) {
 // Writes fields in the order of the calls, and leaves out absent ones.
 class PayloadWriter {
  public:
-  void field(const char* key, double v) { put(key, fmt::format("{}", v)); }
+  // An infinite number, which JSON does not have, becomes a large one.
+  void field(const char* key, double v) {
+    put(key, fmt::format("{}", std::clamp(v, -kLargest, kLargest)));
+  }
   void field(const char* key, std::int64_t v) { put(key, fmt::format("{}", v)); }
   void field(const char* key, bool v) { put(key, v ? "true" : "false"); }
   void field(const char* key, std::string_view v) { put(key, quoted(v)); }
   void field(const char* key, const std::vector<std::string>& v) {
     put(key, json(v).dump(-1, ' ', false, json::error_handler_t::replace));
   }
+  // An infinite number becomes null.
+  void field(const char* key, const std::vector<double>& v) { put(key, json(v).dump()); }
   template <HasWords E>
   void field(const char* key, E v) {
     field(key, to_string(v));
@@ -74,6 +82,15 @@ class PayloadReader {
     v = it->get<T>();
     return true;
   }
+  bool take(const char* key, std::vector<double>& v) const {
+    const auto it = from_.find(key);
+    if (it == from_.end() || !is(*it, v)) return false;
+    v.clear();
+    for (const json& e : *it) {
+      v.push_back(e.is_null() ? std::numeric_limits<double>::infinity() : e.get<double>());
+    }
+    return true;
+  }
   template <HasWords E>
   bool take(const char* key, E& v) const {
     std::string word;
@@ -85,6 +102,10 @@ class PayloadReader {
   static bool is(const json& j, std::int64_t) { return j.is_number_integer(); }
   static bool is(const json& j, bool) { return j.is_boolean(); }
   static bool is(const json& j, const std::string&) { return j.is_string(); }
+  static bool is(const json& j, const std::vector<double>&) {
+    return j.is_array() &&
+           std::ranges::all_of(j, [](const json& e) { return e.is_number() || e.is_null(); });
+  }
   static bool is(const json& j, const std::vector<std::string>&) {
     return j.is_array() && std::ranges::all_of(j, [](const json& e) { return e.is_string(); });
   }
@@ -196,6 +217,55 @@ void fields(F& f, RunPoint& e) {
   f.field("zeros_N", e.zeros_N);
 }
 template <class F>
+void fields(F& f, WatchSetupEvent& e) {
+  f.field("format", e.format);
+  f.field("commands", e.commands);
+  f.field("rate_Hz", e.rate_Hz);
+  f.field("force_min_N", e.force_min_N);
+  f.field("force_max_N", e.force_max_N);
+  f.field("travel_min_m", e.travel_min_m);
+  f.field("travel_max_m", e.travel_max_m);
+  f.field("gap_min_m", e.gap_min_m);
+  f.field("gap_max_m", e.gap_max_m);
+  f.field("speed_max_m_s", e.speed_max_m_s);
+  f.field("cell_class_percent", e.cell_class_percent);
+  f.field("at_most_N_m", e.at_most_N_m);
+  f.field("expected_N_m", e.expected_N_m);
+  f.field("if_free_N_m", e.if_free_N_m);
+}
+template <class F>
+void fields(F& f, ToldEvent& e) {
+  f.field("what", e.what);
+  f.field("samples", e.samples);
+  f.field("judging", e.judging);
+  f.field("on", e.on);
+  f.field("presses", e.presses);
+  f.field("holds", e.holds);
+  f.field("force_known", e.force_known);
+  f.field("force_N", e.force_N);
+  f.field("travel_m", e.travel_m);
+  f.field("noise_N", e.noise_N);
+  f.field("stiffness_N_m", e.stiffness_N_m);
+  f.field("direction", e.direction);
+  f.field("speed_m_s", e.speed_m_s);
+  f.field("rate_N_s", e.rate_N_s);
+  f.field("rest_N", e.rest_N);
+  f.field("free_N", e.free_N);
+  f.field("against_N", e.against_N);
+  f.field("drift_N_s", e.drift_N_s);
+  f.field("waver_N", e.waver_N);
+  f.field("target_m", e.target_m);
+  f.field("worst_N", e.worst_N);
+  f.field("threshold_N", e.threshold_N);
+  f.field("limit_N", e.limit_N);
+  f.field("expected_N", e.expected_N);
+  f.field("from_sample", e.from_sample);
+  f.field("to_sample", e.to_sample);
+  f.field("drift_error_N_s", e.drift_error_N_s);
+  f.field("shift_N", e.shift_N);
+  f.field("reason", e.reason);
+}
+template <class F>
 void fields(F& f, RequestEvent& e) {
   f.field("pid", e.pid);
   f.field("request", e.request);
@@ -285,6 +355,8 @@ LCRIG_PAYLOAD(SettingsEvent)
 LCRIG_PAYLOAD(ReadBackEvent)
 LCRIG_PAYLOAD(UnprovenEvent)
 LCRIG_PAYLOAD(RunPoint)
+LCRIG_PAYLOAD(WatchSetupEvent)
+LCRIG_PAYLOAD(ToldEvent)
 LCRIG_PAYLOAD(RequestEvent)
 LCRIG_PAYLOAD(AnswerEvent)
 LCRIG_PAYLOAD(StopAfterEvent)

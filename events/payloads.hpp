@@ -152,6 +152,102 @@ struct RunPoint {
   std::optional<std::string> origin;  // LoadFrame::origin
 };
 
+// What the watch over the frame begins with, so that `lcrig watch replay` can judge the run again.
+// Stiffnesses are those of ForceBound's grid.
+struct WatchSetupEvent {
+  static constexpr EventKind kKind = EventKind::watch_setup;
+  std::int64_t format = 1;
+  bool commands = false;  // false: the frame was only observed
+  double rate_Hz = 0;
+  double force_min_N = 0, force_max_N = 0;  // the limits of the protocol
+  std::optional<double> travel_min_m, travel_max_m, gap_min_m, gap_max_m, speed_max_m_s;
+  double cell_class_percent = 0;  // of the load cell; the rest of the frame stands in the run's row
+  // The contact: at most, as the model expects it, and if nothing held the specimen. Absent: the
+  // frame cannot move, or there is no such model.
+  std::optional<std::vector<double>> at_most_N_m, expected_N_m, if_free_N_m;
+};
+
+// What the watch over the frame was told besides the samples.
+enum class Told {
+  prepared,  // `on`: its samples are judged
+  stop_pending,  // `on`: a stop was asked for and is not carried out, so no other one is
+  order,  // a motion begins
+  permit,  // what was predicted for it
+  compared,  // it ended, and its force is compared with the prediction
+  stood,  // it ended there, as the frame reported
+  stands,  // the frame stands, at `travel_m` if it said so
+  looks_away,  // nobody knows whether it moves
+  rest,  // a look at the unloaded cell
+  rest_by_contact,  // the same where the probe perhaps touches
+  scatter,  // a look that tells only the scatter
+  alive,  // a look that shows that the cell is alive
+  unpulled,  // the cell when nothing had been touched
+  zeroed,  // the force
+  hidden,  // the force that a zero under load hides from the limits
+  taken,  // the force that a zero under load took from the cell
+  rest_force,  // what the unloaded cell shows, for the limits
+  force_distrusted,
+  pressing_broken,  // nothing may press any more
+  contact,  // its place
+  contact_stiffness,  // its place and its least stiffness
+  stiffness,  // its largest stiffness
+  travel_zeroed,
+  loop,  // the force loop may raise the force
+  ages,  // `on`: missing samples stop the run
+  ages_anew,
+  stopping,  // no sample is judged by the limits until the frame stands
+  way_back,  // the way back begins
+  ended,  // after the last stop: a motion from now on is only noted
+};
+template <>
+inline constexpr EnumWords<29> kWordsOf<Told>{"prepared",
+                                              "stop_pending",
+                                              "order",
+                                              "permit",
+                                              "compared",
+                                              "stood",
+                                              "stands",
+                                              "looks_away",
+                                              "rest",
+                                              "rest_by_contact",
+                                              "scatter",
+                                              "alive",
+                                              "unpulled",
+                                              "zeroed",
+                                              "hidden",
+                                              "taken",
+                                              "rest_force",
+                                              "force_distrusted",
+                                              "pressing_broken",
+                                              "contact",
+                                              "contact_stiffness",
+                                              "stiffness",
+                                              "travel_zeroed",
+                                              "loop",
+                                              "ages",
+                                              "ages_anew",
+                                              "stopping",
+                                              "way_back",
+                                              "ended"};
+
+struct ToldEvent {
+  static constexpr EventKind kKind = EventKind::told;
+  ToldEvent() = default;
+  explicit ToldEvent(Told w) : what(w) {}
+  Told what = Told::looks_away;
+  std::int64_t samples = 0;  // that the run had stored before
+  std::optional<bool> judging;  // it follows from the last of them, whose limits come after it
+  std::optional<bool> on, presses, holds, force_known;
+  std::optional<double> force_N, travel_m, noise_N, stiffness_N_m, direction, speed_m_s, rate_N_s,
+      rest_N, free_N, against_N, drift_N_s, waver_N, target_m, worst_N, threshold_N, limit_N,
+      expected_N;
+  // A look at rest: its samples (from: the count before it), the drift if it was known better, and
+  // by how much its mean was shifted.
+  std::optional<std::int64_t> from_sample, to_sample;
+  std::optional<double> drift_error_N_s, shift_N;
+  std::optional<std::string> reason;
+};
+
 // The user who asked something of the run, as the kernel reports him (docs/control.md).
 struct RequestEvent {
   static constexpr EventKind kKind = EventKind::request;

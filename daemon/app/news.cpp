@@ -53,7 +53,7 @@ void News::service_status() {
 
 void News::event(const RunEvent& event) const {
   for (const auto& watcher : watchers_) watcher(event);
-  if (!server_.is_listening()) return;
+  if (!server_.is_listening() || is_for_replay(event.kind.kind())) return;
   RunEventNote note;
   note.run = use_.live_run() != nullptr ? use_.live_run()->progress().run : 0;
   if (is_for_journal(event.kind.kind())) {

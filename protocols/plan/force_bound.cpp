@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lcrig {
 
@@ -52,6 +53,13 @@ ForceBound::ForceBound(const Compression& specimen_m, double frame_stiffness_N_m
   for (std::size_t i = 0; i + 1 < kCells; ++i) {
     stiffness_[i] = std::max(stiffness_[i], stiffness_[i + 1]);
   }
+}
+
+ForceBound ForceBound::from_table(std::vector<double> stiffness_N_m) {
+  ForceBound out;
+  out.stiffness_ = std::move(stiffness_N_m);
+  out.stiffness_.resize(kCells, std::numeric_limits<double>::infinity());
+  return out;
 }
 
 void ForceBound::limit_to(double stiffness_N_m,

@@ -19,6 +19,11 @@ class ForceBound {
   explicit ForceBound(const Compression& specimen_m,
                       double frame_stiffness_N_m = std::numeric_limits<double>::infinity());
 
+  // The stiffness in each cell of the grid of forces, N/m, to be stored; and the bound again. A
+  // table of another grid is unbounded where it ends.
+  const std::vector<double>& table_N_m() const { return stiffness_; }
+  static ForceBound from_table(std::vector<double> stiffness_N_m);
+
   // Lowers the bound by a known stiffness: nowhere is the contact stiffer than growth(force) times
   // `stiffness_N_m`.
   void limit_to(double stiffness_N_m, const std::function<double(double force_N)>& growth);
@@ -39,6 +44,8 @@ class ForceBound {
   double way_m(double from_N, double to_N) const;
 
  private:
+  ForceBound() = default;
+
   std::vector<double> stiffness_;  // of each cell of the force grid, N/m
 };
 

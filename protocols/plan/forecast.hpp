@@ -31,6 +31,8 @@ class Forecast {
            std::optional<ForceBound> if_free = {});
 
   const ForceBound& bound() const { return bound_; }
+  const std::optional<ForceBound>& expected() const { return expected_; }
+  const std::optional<ForceBound>& if_free() const { return if_free_; }
   // Takes a stiffness that was measured, as an upper bound, on the way back from `felt_N`. From
   // there on the contact is assumed to stiffen at most 1.5 times as much as the model's does, or as
   // that of the free specimen, or as the root of the force. F = k x (1 + c x) stiffens at most like

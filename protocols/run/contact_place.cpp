@@ -4,11 +4,10 @@
 namespace lcrig {
 
 void ContactPlace::place(double travel_m, double force_N) {
-  truth_.forget_contact();  // unknown until its stiffness is measured
   travel_m_ = travel_m;
   force_N_ = force_N;
   depth_m_ = 0;
-  guard_.place_contact(travel_m);
+  watch_.place_contact(travel_m);
 }
 
 Result<double> ContactPlace::travel_of(const Target& target, const std::string& step_id) const {
@@ -25,9 +24,8 @@ Result<double> ContactPlace::travel_of(const Target& target, const std::string& 
 
 void ContactPlace::zero_travel(double travel_m) {
   forget();
-  truth_.zero_travel(travel_m);
+  watch_.zero_travel(travel_m);
   zero_m_ += travel_m;
-  guard_.zero_travel(travel_m);
 }
 
 FrameCapabilities ContactPlace::frame_capabilities() const {

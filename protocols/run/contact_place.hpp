@@ -5,17 +5,16 @@
 
 #include <optional>
 
-#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/guard.hpp"
 
 namespace lcrig {
 
 class ContactPlace {
  public:
   // All must outlive it. `values`: of the numbers in targets.
-  ContactPlace(const RunSetup& setup, const Environment& values, Guard& guard, FrameTruth& truth)
-      : setup_(setup), values_(values), guard_(guard), truth_(truth) {}
+  ContactPlace(const RunSetup& setup, const Environment& values, FrameWatch& watch)
+      : setup_(setup), values_(values), watch_(watch) {}
 
   std::optional<double> travel_m() const { return travel_m_; }
   double force_N() const { return force_N_; }  // force there, beyond that at rest
@@ -45,8 +44,7 @@ class ContactPlace {
  private:
   const RunSetup& setup_;
   const Environment& values_;
-  Guard& guard_;
-  FrameTruth& truth_;
+  FrameWatch& watch_;
   std::optional<double> travel_m_;
   double force_N_ = 0;
   double depth_m_ = 0;

@@ -225,16 +225,16 @@ void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const
     measured.stiffness_N_m = slope->about;
     measured.at_most_N_m = slope->at_most;
     measured.at_least_N_m = slope->at_least;
-    run_.pressing->measured(felt_N(), slope->at_most);
+    run_.watch.measured(felt_N(), slope->at_most);
   } else {
-    run_.pressing->not_measured(why_not_measured(touching, overran));
+    run_.watch.not_measured(why_not_measured(touching, overran));
   }
   run_.event(measured);
   // A cell that lies shows itself by this, so it is needed where no slope is known, too.
   const double least_N_m =
       slope ? slope->at_least : proven_stiffness_N_m(looks_, left_N, drift_N_s, relaxes_N_s_);
   if (touched_->travel_m() && least_N_m > 0) {
-    run_.truth.know_contact(*touched_->travel_m(), felt_N(), least_N_m);
+    run_.watch.know_contact(*touched_->travel_m(), felt_N(), least_N_m);
   }
 }
 

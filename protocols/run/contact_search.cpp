@@ -86,8 +86,8 @@ Task<Result<>> ContactSearch::look_before() {
                    "deviation) while it rests: at least {:.3g} N is needed",
                    run_.log.step_id(), rise_N_, noise, kContactSigmas * noise);
   }
-  run_.truth.learn_rest(*rest);
-  run_.guard.set_rest_force(rest->force_N(), rest->scatter_N());
+  run_.watch.learn_rest(*rest);
+  run_.watch.set_rest_force(*rest);
   rest_ = *rest;
   co_return Result<>();
 }
@@ -102,7 +102,7 @@ Task<Result<>> ContactSearch::check_obeys(const ContactProbe& probe) {
   const double rose_N = probe.rose_beyond_N(*rest);
   if (rose_N <= 0) co_return Result<>();
   // No single motion away may show so much either.
-  const bool surely = rose_N > run_.truth.motion_now(-1, 0).against_N;
+  const bool surely = rose_N > run_.truth.motion_now(-1, 0, run_.view.shown_force()).against_N;
   if (++rises_ < kRises && !surely) co_return Result<>();
   co_return disbelieve_drive(probe.why_rose());
 }
@@ -120,7 +120,7 @@ Task<Result<>> ContactSearch::look_again(MonoTime begun, const Rest& first) {
   auto rest = co_await run_.view.living_rest();
   if (!rest) co_return fail(rest.error());
   rest->know_drift(first, run_.setup.clock.now() - begun);
-  run_.truth.learn_rest(*rest, FrameTruth::Under::perhaps_contact);
+  run_.watch.learn_rest(*rest, FrameTruth::Under::perhaps_contact);
   rest_ = *rest;
   co_return Result<>();
 }
@@ -202,8 +202,8 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::look_between(MonoTime 
     co_return std::optional(std::move(soft));
   }
   rest_ = *now;
-  run_.truth.learn_rest(rest_, FrameTruth::Under::perhaps_contact);
-  run_.guard.set_rest_force(rest_.force_N(), rest_.scatter_N());
+  run_.watch.learn_rest(rest_, FrameTruth::Under::perhaps_contact);
+  run_.watch.set_rest_force(rest_);
   co_return std::optional<MotionOutcome>();
 }
 
@@ -259,9 +259,9 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
                    probe.depth_m() * 1e3);
   }
   probe.conclude_stiffness(bare, speed_m_s());
-  run_.truth.learn_rest(bare);  // the zero may have drifted during the search
-  run_.truth.learn_unpulled(rest_.force_N());
-  run_.guard.set_rest_force(bare.force_N(), bare.scatter_N());
+  run_.watch.learn_rest(bare);  // the zero may have drifted during the search
+  run_.watch.learn_unpulled(rest_.force_N());
+  run_.watch.set_rest_force(bare);
   const auto start_m = run_.contact.start_travel_m();
   if (!run_.setup.check_at_contact || !start_m) co_return moved;
   const double contact_m = *run_.contact.travel_m() + run_.contact.zero_m();

@@ -8,26 +8,25 @@
 namespace lcrig {
 
 void Distrust::judge(const FrameSample& sample) {
-  auto no = truth_.check(sample);
+  auto no = watch_.check(sample);
   if (interrupts_.stop_pending()) return;
-  if (ended_) {
+  if (watch_.has_ended()) {
     if (!no || no->disbelief != Disbelief::stillness) return;
     moves_again_ = no->why;
     drive_.doubt_standstill();
     return;
   }
-  if (!no) no = truth_.check_fall(sample);
   if (no) disbelieve(*no);
 }
 
 void Distrust::disbelieve(const Contradiction& contradiction) {
   const std::string& why = contradiction.why;
-  truth_.look_away();
+  watch_.look_away();
   log_.event(EventKind::contradiction, why);
   switch (contradiction.disbelief) {
     case Disbelief::force:
       distrust_force();
-      if (pressing_ != nullptr) pressing_->distrust(why);
+      watch_.distrust_pressing(why);
       break;
     case Disbelief::drive: drive_.keep_hands_off(why); return;
     case Disbelief::stillness: drive_.doubt_standstill(); break;
@@ -35,15 +34,10 @@ void Distrust::disbelieve(const Contradiction& contradiction) {
   interrupts_.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }
 
-void Distrust::distrust_force() {
-  truth_.distrust_force();
-  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
-}
-
 void Distrust::forget_places(const std::string& why) {
   distrust_force();
   contact_.forget();
-  if (pressing_ != nullptr) pressing_->distrust(why);
+  watch_.distrust_pressing(why);
 }
 
 bool Distrust::lose_origin(const std::string& why) {

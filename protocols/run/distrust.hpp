@@ -10,26 +10,22 @@
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/scoped_flag.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/guard.hpp"
-#include "protocols/watch/plausibility.hpp"
 
 namespace lcrig {
 
 class Distrust {
  public:
-  // All must outlive it. `pressing`: nullptr for a frame that cannot move.
-  Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
-           Pressing* pressing, FrameTruth& truth, ContactPlace& contact, FrameDrive& drive)
+  // All must outlive it.
+  Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts,
+           FrameWatch& watch, ContactPlace& contact, FrameDrive& drive)
       : setup_(setup),
         log_(log),
         interrupts_(interrupts),
-        guard_(guard),
-        pressing_(pressing),
-        truth_(truth),
+        watch_(watch),
         contact_(contact),
         drive_(drive) {}
 
@@ -50,13 +46,13 @@ class Distrust {
 
   void disbelieve(const Contradiction& contradiction);
   // Stops trusting the force: every force is allowed, but no motion except away from the specimen.
-  void distrust_force();
+  void distrust_force() { watch_.distrust_force(); }
   // Gives up the known places, which belong to another zero. Not even the way back is known then.
   // Returns the same as FrameDrive::keep_hands_off.
   bool lose_origin(const std::string& why);
 
   // Call after the last stop of the frame: a motion from then on is only noted.
-  void run_ended() { ended_ = true; }
+  void run_ended() { watch_.end(); }
   const std::optional<std::string>& moves_again() const { return moves_again_; }
 
  private:
@@ -67,12 +63,10 @@ class Distrust {
   const RunSetup& setup_;
   const EventLog& log_;
   InterruptQueue& interrupts_;
-  Guard& guard_;
-  Pressing* pressing_;
-  FrameTruth& truth_;
+  FrameWatch& watch_;
   ContactPlace& contact_;
   FrameDrive& drive_;
-  bool zeroing_ = false, ended_ = false;
+  bool zeroing_ = false;
   bool cut_zero_ = false;  // a zero was ordered, and this run has not learned the new one
   std::optional<std::string> moves_again_;  // what was seen of a motion after the end
 };

@@ -42,16 +42,16 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
     stop->hands_off = true;
   }
   run_.progress.enter<RunState::finishing>();
-  run_.guard.expect_standstill();
+  run_.watch.expect_standstill();
   stop = run_.interrupts.begin_finish(std::move(stop));
   co_await run_.drive.stop();
   if (losses_.frame_away() != nullptr) co_await losses_.bring_frame_back();
   co_await prove_readings(stop.has_value());
   co_await stop_for(stop);
-  run_.guard.allow_return(run_.truth.sure_noise_N());
+  run_.watch.allow_return(run_.truth.sure_noise_N());
   const bool clears = may_clear(stop && stop->kind == Interrupt::freeze);
   if (clears) co_await run_finally();
-  run_.guard.expect_standstill();
+  run_.watch.expect_standstill();
   co_await run_.drive.stop_for_good();
   tell_standstill();
   tell_hands_off(clears);

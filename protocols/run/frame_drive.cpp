@@ -30,14 +30,14 @@ Task<Result<>> FrameDrive::take_command() {
     co_return Result<>();
   }
   if (caps.motion || caps.weights) {
-    auto armed = co_await arm(device_limits(guard_.limits(), caps));
+    auto armed = co_await arm(device_limits(watch_.guard().limits(), caps));
     if (!armed) co_return armed;
   }
   auto rate = co_await setup_.frame.set_sample_rate(setup_.frame_rate_Hz);
   if (!rate) co_return rate;
-  guard_.restart_age(setup_.clock.now());
-  guard_.set_watch_age(caps.motion);
-  prepared_ = prepared_ || !caps.motion;
+  watch_.restart_age();
+  watch_.watch_age(caps.motion);
+  if (!caps.motion) set_prepared(true);
   co_return Result<>();
 }
 
@@ -54,7 +54,7 @@ Task<> FrameDrive::stop() {
     count_stop(true);
     co_return;
   }
-  truth_.look_away();
+  watch_.look_away();
   next_try_ = setup_.clock.now() + kAgain;
   Result<> stopped;
   for (int tries = 0; tries == 0 || (tries < kTries && still_.has_moved()); ++tries) {
@@ -71,7 +71,7 @@ Task<> FrameDrive::stop() {
   const bool stands = stopped && (still_.holds() || still_.is_lost());
   if (stands) {
     told_failed_ = false;
-    truth_.stand();
+    watch_.stand();
   }
   count_stop(stands);
   if (!stands) tell_failed(stopped ? kMovesOn : stopped.error().what);
@@ -113,7 +113,7 @@ Duration FrameDrive::brakes() const {
 
 // nullopt: samples are not coming, or not judged yet.
 std::optional<Duration> FrameDrive::sample_period() const {
-  if (!prepared_ || !last_sample_) return std::nullopt;
+  if (!prepared() || !last_sample_) return std::nullopt;
   if (setup_.clock.now() - *last_sample_ > flowing()) return std::nullopt;
   return from_seconds(1 / setup_.frame_rate_Hz);
 }
@@ -130,7 +130,7 @@ void FrameDrive::note_order(double speed_m_s) {
 
 void FrameDrive::see(const FrameSample& sample) {
   last_sample_ = sample.received;
-  still_.take(sample, truth_.still_m());
+  still_.take(sample, watch_.truth().still_m());
 }
 
 Task<Result<>> FrameDrive::stop_silently() {
@@ -139,7 +139,7 @@ Task<Result<>> FrameDrive::stop_silently() {
   auto stopped = co_await setup_.frame.stop();
   if (!stopped) co_return stopped;
   std::optional<Duration> period;
-  if (prepared_) period = from_seconds(1 / setup_.frame_rate_Hz);  // samples will come
+  if (prepared()) period = from_seconds(1 / setup_.frame_rate_Hz);  // samples will come
   still_.confirm(setup_.clock.now(), period);
   count_stop(true);
   co_return stopped;
@@ -154,13 +154,13 @@ void FrameDrive::count_stop(bool stands) {
 Task<Result<>> FrameDrive::hold_travel() {
   held_force_N_.reset();
   auto held = co_await setup_.frame.hold_travel();
-  truth_.stand();
+  watch_.stand();
   co_return held;
 }
 
 Task<Result<>> FrameDrive::hold_force(double force_N) {
   if (auto may = may_move(); !may) co_return may;
-  truth_.begin_hold();
+  watch_.order(watch_.truth().hold_now(view_.shown_force()));
   note_order(0);
   co_return co_await setup_.frame.hold_force(Force::from_si(force_N));
 }

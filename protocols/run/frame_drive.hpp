@@ -9,11 +9,11 @@
 
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/frame_view.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/progress_keeper.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/guard.hpp"
 #include "protocols/watch/standstill.hpp"
 
 namespace lcrig {
@@ -23,13 +23,14 @@ class FrameDrive {
   static constexpr Duration kAgain = std::chrono::seconds(1);  // between two attempts to stop
 
   // All must outlive it.
-  FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
-             FrameTruth& truth, const ContactPlace& contact, StandstillWatch& still)
+  FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts,
+             FrameWatch& watch, const FrameView& view, const ContactPlace& contact,
+             StandstillWatch& still)
       : setup_(setup),
         log_(log),
         interrupts_(interrupts),
-        guard_(guard),
-        truth_(truth),
+        watch_(watch),
+        view_(view),
         contact_(contact),
         still_(still) {}
 
@@ -74,8 +75,8 @@ class FrameDrive {
   Result<> may_move() const;  // checked before every motion
 
   // The instruments may have received a command, so `finally` has to run.
-  bool prepared() const { return prepared_; }
-  void set_prepared(bool yes) { prepared_ = yes; }
+  bool prepared() const { return watch_.is_prepared(); }
+  void set_prepared(bool yes) { watch_.set_prepared(yes); }
   bool standing() const { return standing_; }  // the last STOP was confirmed
   // How often the frame confirmed standstill. If it has grown since a request to stop, that request
   // was carried out. A frame that is only observed counts as confirming.
@@ -92,8 +93,8 @@ class FrameDrive {
   const RunSetup& setup_;
   const EventLog& log_;
   InterruptQueue& interrupts_;
-  Guard& guard_;
-  FrameTruth& truth_;
+  FrameWatch& watch_;
+  const FrameView& view_;
   const ContactPlace& contact_;
   StandstillWatch& still_;
   double last_speed_m_s_ = 0;
@@ -103,7 +104,7 @@ class FrameDrive {
   std::optional<FrameLimits> armed_;  // limits that the device watches now
   std::optional<double> held_force_N_;
   std::optional<Error> hands_off_;  // why nothing may move any more
-  bool prepared_ = false, standing_ = false;
+  bool standing_ = false;
   std::uint64_t stands_ = 0, failed_stops_ = 0;
 };
 

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Knows the unloaded load cell, and judges whether the frame can be believed: by each sample while
-// it moves and stands, and by where a motion ended. It only judges; `Distrust` acts. Motions and
-// steps tell it the orders to the frame.
+// Knows the unloaded load cell, and judges by each sample whether the frame can be believed, while
+// it moves and while it stands. It only judges; `Distrust` acts. Pure logic, told only through
+// FrameWatch.
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <optional>
-#include <string>
 
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_view.hpp"
-#include "protocols/run/setup.hpp"
+#include "drivers/load_frame.hpp"
+#include "protocols/plan/limits.hpp"
 #include "protocols/watch/guard.hpp"
 #include "protocols/watch/plausibility.hpp"
 #include "protocols/watch/pressing.hpp"
@@ -18,22 +17,28 @@
 
 namespace lcrig {
 
-// The order of a motion: how it begins, and where it must end.
-struct MotionOrder {
-  Plausibility::Motion motion;
-  std::optional<double> travel_m, force_N;  // one of them is the target
-  int side = 0;  // for a force target: at least (1), at most (-1), within (0)
-  double waver_N = 0;  // of a force loop, to either side
-  bool by_contact = false;  // it stops where the contact must have shown the force
-  bool either_side = false;  // a fall to the lower force limit is an end, too
+// What the watch knows of the rig before the run.
+struct WatchedRig {
+  bool commands = true;  // false: the frame is only observed
+  BoundLimits limits;  // of the protocol
+  double rate_Hz = 0;  // of the samples
+  ForceClass cell = kAssumedForceClass;
+  FrameCapabilities frame;
+};
+
+// The force as it is shown at the beginning of a motion.
+struct ShownForce {
+  std::optional<double> last_N;  // the last known one
+  bool is_present = false;  // it is the present one
+  double wavers_N = 0;  // scatter in the last measurement at rest
 };
 
 class FrameTruth {
  public:
+  using TellFigures = std::function<void(const WatchFigures&)>;
   // A frame that this run does not move is always believed. `pressing`: nullptr for a frame that
-  // cannot move.
-  FrameTruth(const RunSetup& setup, const EventLog& log, const Guard& guard, Pressing* pressing,
-             const FrameView& view);
+  // cannot move. `tell` is called with new tolerances.
+  FrameTruth(const WatchedRig& rig, const Guard& guard, Pressing* pressing, TellFigures tell);
 
   // The unloaded cell.
   enum class Under { nothing, perhaps_contact };  // what the probe touches
@@ -62,16 +67,18 @@ class FrameTruth {
   bool is_pulled(double force_N) const;  // whether it is less, whatever the cell's zero does
   double zero_doubt_N() const;  // how far the cell's zero may drift
 
-  // Orders to the frame.
-  Plausibility::Motion motion_now(double direction, double speed_m_s) const;  // with its tolerances
-  void begin(const Plausibility::Motion& motion);
-  void begin_hold();  // of a force, by the frame's loop
-  void stand(std::optional<double> travel_m = std::nullopt);
+  // Orders to the frame. `motion_now`: one that begins now, with its tolerances.
+  Plausibility::Motion motion_now(double direction, double speed_m_s,
+                                  const ShownForce& shown) const;
+  // A hold of a force, by the frame's loop.
+  Plausibility::Motion hold_now(const ShownForce& shown) const;
+  void begin(const Plausibility::Motion& motion, MonoTime now);
+  void stand(MonoTime now, std::optional<double> travel_m = std::nullopt);
   void look_away() {
     if (plausible_) plausible_->look_away();
   }
-  void zero_force() {
-    if (plausible_) plausible_->zero_force(setup_.clock.now());
+  void zero_force(MonoTime now) {
+    if (plausible_) plausible_->zero_force(now);
   }
   void distrust_force() {
     if (plausible_) plausible_->distrust_force();
@@ -84,29 +91,26 @@ class FrameTruth {
   std::optional<Contradiction> check(const FrameSample& sample);
   // Judges a force below the lower limit. nullopt: the specimen may be pulling at the probe.
   std::optional<Contradiction> check_fall(const FrameSample& sample) const;
-  // The frame has reported `target`. Its samples must agree, the next ones at the latest. Errors:
-  // refused.
-  Task<Result<>> believe(const MotionOrder& order, const MotionOutcome& outcome) const;
+  // The tolerances; nullptr: this frame is always believed.
+  const WatchFigures* figures() const { return plausible_ ? &plausible_->figures() : nullptr; }
 
   // The contact, once its stiffness was measured.
-  void know_contact(double travel_m, double felt_N, double stiffness_N_m);
+  void know_contact(MonoTime now, double travel_m, double felt_N, double stiffness_N_m);
   void forget_contact() {
     if (plausible_) plausible_->press().forget();
   }
   void zero_travel(double travel_m);  // this travel becomes 0, and the contact unknown
   bool knows_contact() const { return plausible_ && plausible_->press().knows(); }
   // The travel by which a motion to this force must stop, if it is known.
-  std::optional<double> furthest_m(double force_N) const;
+  std::optional<double> furthest_m(MonoTime now, double force_N) const;
 
  private:
   double load_doubt_N() const;
-  std::string disagreement(const MotionOrder& order, const MotionOutcome& outcome) const;
 
-  const RunSetup& setup_;
-  const EventLog& log_;
+  const WatchedRig& rig_;
   const Guard& guard_;
   Pressing* pressing_;
-  const FrameView& view_;
+  TellFigures tell_;
   std::optional<Plausibility> plausible_;
   ForceScatter scatter_;  // everything seen of the unloaded cell
   double drift_N_s_ = 0;  // known drift of the cell, a magnitude

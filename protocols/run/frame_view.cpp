@@ -69,7 +69,7 @@ void FrameView::forget(bool zeroed) {
 }
 
 Task<Result<Rest>> FrameView::watch_rest(Duration at_least) {
-  watched_.emplace();
+  watched_.emplace(samples_);
   const MonoTime begin = setup_.clock.now();
   const auto enough = [&] { return watched_->forces() >= kRestSamples; };
   co_await setup_.clock.wait_for(at_least);

@@ -10,6 +10,7 @@
 
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_memory.hpp"
+#include "protocols/run/frame_truth.hpp"
 #include "protocols/run/setup.hpp"
 #include "protocols/watch/rest.hpp"
 
@@ -41,8 +42,7 @@ class FrameView {
   std::optional<double> shown_travel_m() const { return shown_travel_m_; }
   // The force where the last motion ended.
   std::optional<double> done_force_N() const { return done_force_N_; }
-  // Scatter of the force in the last measurement at rest.
-  double wavers_N() const { return wavers_N_; }
+  ShownForce shown_force() const { return {force_N_, shows_force(), wavers_N_}; }
   std::optional<MonoTime> last_sample() const { return last_sample_; }
 
   // What is compared when the frame comes back after a loss.

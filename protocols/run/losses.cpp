@@ -41,8 +41,8 @@ void Losses::lose_meter(Error error) {
 }
 
 void Losses::lose_frame(Error error) {
-  run_.guard.set_watch_age(false);
-  run_.truth.look_away();
+  run_.watch.watch_age(false);
+  run_.watch.look_away();
   run_.drive.lose_link();
   if (!memory_at_loss_) {
     memory_at_loss_ = run_.view.memory();
@@ -320,13 +320,13 @@ Task<Result<>> Losses::rejoin_frame() {
     armed = co_await run_.setup.frame.set_sample_rate(run_.setup.frame_rate_Hz);
   }
   if (!armed) co_return armed;
-  run_.guard.set_watch_age(false);
+  run_.watch.watch_age(false);
   auto heard = co_await run_.view.await_samples(run_.needs_force());
   if (!heard) co_return heard;
   if (same && memory_at_loss_) same = compare_place(run_, *memory_at_loss_);
-  run_.guard.restart_age(run_.setup.clock.now());
-  run_.guard.set_watch_age(run_.setup.moves());
-  run_.truth.stand();
+  run_.watch.restart_age();
+  run_.watch.watch_age(run_.setup.moves());
+  run_.watch.stand();
   welcome(frame_);
   if (!same) run_.distrust.lose_origin(same.error().what);
   co_return Result<>();

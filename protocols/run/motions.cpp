@@ -13,6 +13,16 @@ namespace lcrig {
 
 namespace {
 
+using namespace std::chrono_literals;
+
+constexpr double kSettles = 0.1;  // part of the force, from the stop to the next sample
+
+// Whether a single force value shows that the target was reached from the side of `direction`.
+bool is_there(double force_N, double target_N, int direction, double allowed_N) {
+  if (direction == 0) return std::abs(force_N - target_N) <= allowed_N;
+  return direction > 0 ? force_N >= target_N - allowed_N : force_N <= target_N + allowed_N;
+}
+
 // Turns every end other than `target` into an error, which stops the protocol.
 Result<MotionOutcome> judge_end(const std::string& step, const MotionOrder& order,
                                 MotionOutcome outcome) {
@@ -54,7 +64,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   const MonoTime now = setup_.clock.now(), deadline = time.begin(now, from_seconds(limit.seconds));
   if (deadline == now) co_return too_long();  // a motion would begin for nothing
   drive_.will_hold(std::nullopt);
-  truth_.begin(order.motion);
+  watch_.order(order.motion);
   drive_.note_order(order.motion.speed_m_s);
   last_speed_m_s_ = order.motion.speed_m_s;
   const ScopedFlag moving(in_motion_);
@@ -63,7 +73,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   if (r.index() == 1) co_return too_long();
   auto& outcome = std::get<0>(r);
   if (!outcome) {
-    truth_.look_away();  // nobody knows whether it moves now
+    watch_.look_away();  // nobody knows whether it moves now
     co_return fail(outcome.error());
   }
   log_.event(ended_event<EventKind::motion>(*outcome));
@@ -75,14 +85,52 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
 }
 
 void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
-  guard_.take_standstill(outcome.force_N, outcome.travel_m);
+  watch_.motion_stood(outcome.force_N, outcome.travel_m);
   view_.take_standstill(outcome);
   const bool holds = order.motion.direction == 0 && outcome.reason == MotionEnd::target;
   if (holds) {
-    truth_.begin_hold();
+    watch_.order(truth_.hold_now(view_.shown_force()));
   } else {
-    truth_.stand(outcome.travel_m);
+    watch_.stand(outcome.travel_m);
   }
+}
+
+// How far the frame is from the intended end of the motion, by its own report and by its samples.
+// Empty when both agree with it.
+std::string Motions::disagreement(const MotionOrder& order, const MotionOutcome& outcome) const {
+  const WatchFigures& f = *truth_.figures();
+  if (order.travel_m) {
+    for (const auto& x : {outcome.travel_m, view_.shown_travel_m()}) {
+      if (!x || std::abs(*x - *order.travel_m) <= f.order_travel_m) continue;
+      return fmt::format("it was to go to {:.4f} mm, and shows {:.4f} mm", *order.travel_m * 1e3,
+                         *x * 1e3);
+    }
+  }
+  if (!order.force_N || guard_.is_distrusted()) return {};
+  const double rest_N = truth_.rest_N();
+  const double felt_N =
+      std::max(std::abs(*order.force_N - rest_N), std::abs(order.motion.force_N - rest_N));
+  const double allowed_N =
+      f.order_force_N + order.waver_N + kSettles * felt_N + truth_.zero_doubt_N();
+  for (const auto& force : {outcome.force_N, view_.shown_force_N()}) {
+    if (!force || is_there(*force, *order.force_N, order.side, allowed_N)) continue;
+    return fmt::format("it was to go to {:.4f} N, and shows {:.4f} N", *order.force_N, *force);
+  }
+  return {};
+}
+
+Task<Result<>> Motions::believe(const MotionOrder& order, const MotionOutcome& outcome) const {
+  if (truth_.figures() == nullptr || outcome.reason != MotionEnd::target) co_return Result<>();
+  const MonoTime limit = setup_.clock.now() + from_seconds(truth_.figures()->settled_s);
+  std::string why = disagreement(order, outcome);
+  while (!why.empty() && setup_.clock.now() < limit) {
+    co_await setup_.clock.wait_for(10ms);
+    why = disagreement(order, outcome);
+  }
+  if (why.empty()) co_return Result<>();
+  log_.event(EventKind::contradiction, why);
+  co_return fail(Errc::refused, "step {}: the frame says DONE, but that is not true: {}",
+                 log_.step_id(), why);
 }
 
 // Arms the frame, moves, and compares the felt force with the predicted one.
@@ -90,13 +138,13 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
                                              Task<Result<MotionOutcome>> motion, TimeLimit limit) {
   auto ready = co_await ready_for(permit);
   if (!ready) co_return fail(ready.error());
-  if (pressing_ != nullptr) pressing_->begin(permit);
+  watch_.permit(permit);
   if (permit.presses) order.motion.worst_N = permit.worst_N;
   auto outcome = co_await timed(order, std::move(motion), limit);
   if (pressing_ == nullptr || !outcome) co_return outcome;
-  auto true_word = co_await truth_.believe(order, *outcome);
+  auto true_word = co_await believe(order, *outcome);
   if (!true_word) co_return fail(true_word.error());
-  const auto seen = pressing_->end(*outcome, truth_.sure_noise_N());
+  const auto seen = watch_.compare(*outcome, truth_.sure_noise_N());
   if (!seen) co_return outcome;
   tell(*seen);
   if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
@@ -117,7 +165,7 @@ Task<Result<>> Motions::ready_for(const Permit& permit) {
   if (permit.presses && truth_.needs_look()) {
     auto rest = co_await view_.living_rest();
     if (!rest) co_return fail(rest.error());
-    truth_.see_alive(*rest);
+    watch_.see_alive(*rest);
   }
   co_return co_await drive_.arm(permit.limits);
 }
@@ -142,7 +190,7 @@ MotionOrder Motions::order_of(double force_N, int side, double speed_m_s) const 
   MotionOrder order;
   order.force_N = force_N;
   order.side = side;
-  order.motion = truth_.motion_now(side, speed_m_s);
+  order.motion = truth_.motion_now(side, speed_m_s, view_.shown_force());
   return order;
 }
 
@@ -170,7 +218,7 @@ Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit l
   MotionOrder order;
   order.travel_m = travel_m;
   const bool away = here_m && travel_m <= *here_m;
-  order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s);
+  order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s, view_.shown_force());
   order.motion.target_m = travel_m;
   if (away) order.motion.against_N += may_rise_N;
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
@@ -191,7 +239,8 @@ Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_
     order.either_side = true;
     const double fall_N = order.motion.force_N - search->least_N;
     order.motion.against_N = std::max(order.motion.against_N, 2 * fall_N);
-  } else if (const auto end_m = truth_.furthest_m(force_N); end_m && *end_m < guard.si()) {
+  } else if (const auto end_m = truth_.furthest_m(setup_.clock.now(), force_N);
+             end_m && *end_m < guard.si()) {
     guard = Length::from_si(*end_m);
     order.by_contact = true;
   }

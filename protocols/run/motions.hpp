@@ -8,12 +8,10 @@
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_truth.hpp"
 #include "protocols/run/frame_view.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/setup.hpp"
 #include "protocols/steps/progress.hpp"
-#include "protocols/watch/guard.hpp"
-#include "protocols/watch/pressing.hpp"
 
 namespace lcrig {
 
@@ -24,17 +22,28 @@ struct TimeLimit {
   TimeSpent* spent;
 };
 
+// The order of a motion: how it begins, and where it must end.
+struct MotionOrder {
+  Plausibility::Motion motion;
+  std::optional<double> travel_m, force_N;  // one of them is the target
+  int side = 0;  // for a force target: at least (1), at most (-1), within (0)
+  double waver_N = 0;  // of a force loop, to either side
+  bool by_contact = false;  // it stops where the contact must have shown the force
+  bool either_side = false;  // a fall to the lower force limit is an end, too
+};
+
 class Motions {
  public:
-  // All must outlive it. `pressing`: nullptr for a frame that cannot move.
-  Motions(const RunSetup& setup, const EventLog& log, Guard& guard, Pressing* pressing,
-          FrameView& view, FrameTruth& truth, const ContactPlace& contact, FrameDrive& drive)
+  // All must outlive it.
+  Motions(const RunSetup& setup, const EventLog& log, FrameWatch& watch, FrameView& view,
+          const ContactPlace& contact, FrameDrive& drive)
       : setup_(setup),
         log_(log),
-        guard_(guard),
-        pressing_(pressing),
+        watch_(watch),
+        guard_(watch.guard()),
+        pressing_(watch.pressing()),
         view_(view),
-        truth_(truth),
+        truth_(watch.truth()),
         contact_(contact),
         drive_(drive) {}
 
@@ -55,6 +64,9 @@ class Motions {
   Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, TimeLimit limit,
                                           std::optional<Search> search);
 
+  // The frame has reported `target`. Its samples must agree, the next ones at the latest. Errors:
+  // refused.
+  Task<Result<>> believe(const MotionOrder& order, const MotionOutcome& outcome) const;
   // Writes the event of a motion that stopped at a force.
   void tell(const Pressing::Comparison& seen) const;
 
@@ -71,14 +83,16 @@ class Motions {
   Task<Result<MotionOutcome>> timed(const MotionOrder& order, Task<Result<MotionOutcome>> motion,
                                     TimeLimit limit);
   void see_end(const MotionOrder& order, const MotionOutcome& outcome);
+  std::string disagreement(const MotionOrder& order, const MotionOutcome& outcome) const;
   tl::unexpected<Error> refused(const Error& error) const;  // names the refused step
 
   const RunSetup& setup_;
   const EventLog& log_;
-  Guard& guard_;
-  Pressing* pressing_;
+  FrameWatch& watch_;
+  const Guard& guard_;
+  const Pressing* const pressing_;
   FrameView& view_;
-  FrameTruth& truth_;
+  const FrameTruth& truth_;
   const ContactPlace& contact_;
   FrameDrive& drive_;
   bool in_motion_ = false;

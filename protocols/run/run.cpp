@@ -93,16 +93,18 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   }
   setup_.sink.samples(samples);
   parts_.view.add(samples);
-  if (setup_.pressing) {
-    if (const auto late = setup_.pressing->add(samples)) parts_.motions.tell(*late);
-  }
+  if (const auto late = parts_.watch.add_pressed(samples)) parts_.motions.tell(*late);
   losses_.judge_age(samples);
+  parts_.watch.note_stop_pending(parts_.interrupts.stop_pending());
   for (const FrameSample& s : samples) {
     parts_.drive.see(s);
+    parts_.watch.begin_sample();
     if (parts_.drive.prepared()) parts_.distrust.judge(s);
+    parts_.watch.end_sample();
     // look_at_rest judges the samples before the first motion, and gives advice.
     const bool judged = parts_.drive.prepared() || !setup_.moves();
-    if (auto why = parts_.guard.check(s); why && !parts_.interrupts.stop_pending() && judged) {
+    auto why = parts_.watch.check_limits(s);
+    if (why && !parts_.interrupts.stop_pending() && judged) {
       parts_.log.event(EventKind::limit, *why);
       interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
     }
@@ -174,6 +176,7 @@ Task<> Run::stop_again() {
 
 Task<Result<>> Run::prepare() {
   if (!setup_.plan_json.empty()) parts_.log.event(EventKind::plan, setup_.plan_json);
+  parts_.log.event(parts_.watch.setup_event());
   const bool moves = setup_.moves();
   if (moves) {
     auto stopped = co_await parts_.drive.stop_silently();
@@ -200,7 +203,7 @@ Task<Result<>> Run::look_at_rest() {
   const BoundLimits& limits = parts_.guard.limits();
   const double force_N = rest->force_N();
   if (setup_.continues) {  // the specimen of a continued run may be loaded
-    parts_.truth.learn_scatter(*rest);
+    parts_.watch.learn_scatter(*rest);
   } else if (force_N < limits.force_min_N || force_N > limits.force_max_N) {
     co_return fail(
         Errc::limit_tripped,
@@ -208,9 +211,9 @@ Task<Result<>> Run::look_at_rest() {
         "{:.4g} N: unload it, or zero it at the machine",
         force_N, limits.force_min_N, limits.force_max_N);
   } else {
-    parts_.truth.learn_rest(*rest);
+    parts_.watch.learn_rest(*rest);
   }
-  parts_.truth.stand();
+  parts_.watch.stand();
   const auto start_m = rest->travel_m();
   parts_.contact.start_at(start_m);
   if (setup_.start_gap_m && start_m) parts_.contact.place(*start_m + *setup_.start_gap_m, 0);

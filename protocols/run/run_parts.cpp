@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/run_parts.hpp"
 
-#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/either.hpp"
@@ -10,10 +10,13 @@ namespace lcrig {
 
 namespace {
 
-// A moving frame is stopped when samples are missing for three periods, but at least for two
-// batches of the link (100 ms each) with their jitter.
-Duration stale_after(double rate_Hz) {
-  return std::max<Duration>(from_seconds(3.0 / rate_Hz), std::chrono::milliseconds(500));
+WatchedRig watched_rig(const RunSetup& s) {
+  return {s.commands, s.limits, s.frame_rate_Hz, s.cell, s.frame.capabilities()};
+}
+
+FrameWatch::Hooks watch_hooks(const RunSetup& s, const EventLog& log) {
+  return {[&s] { return s.clock.now(); }, [&log](const ToldEvent& e) { log.event(e); },
+          [&log](const WatchFigures& f) { log.event(EventKind::watch, to_json(f).dump()); }};
 }
 
 }  // namespace
@@ -22,18 +25,19 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
                    std::function<void()> look, Sampler::Hooks sampled)
     : setup(s),
       values(v),
-      pressing(s.pressing ? &*s.pressing : nullptr),
       still(s.moves()),
       progress(s, still),
       log(s.clock, s.sink),
       interrupts(executor, s.clock, log, std::move(look)),
-      guard(s.limits, stale_after(s.frame_rate_Hz), s.cell),
+      watch(watched_rig(s), s.pressing ? &*s.pressing : nullptr, watch_hooks(s, log)),
+      guard(watch.guard()),
+      truth(watch.truth()),
+      pressing(watch.pressing()),
       view(s, log),
-      truth(s, log, guard, pressing, view),
-      contact(s, v, guard, truth),
-      drive(s, log, interrupts, guard, truth, contact, still),
-      distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
-      motions(s, log, guard, pressing, view, truth, contact, drive),
+      contact(s, v, watch),
+      drive(s, log, interrupts, watch, view, contact, still),
+      distrust(s, log, interrupts, watch, contact, drive),
+      motions(s, log, watch, view, contact, drive),
       labels(v, s.pressure, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, MeterState(s.lcr_settings, s.corrections),
               std::move(sampled)),

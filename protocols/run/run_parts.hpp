@@ -7,8 +7,8 @@
 #include "protocols/run/distrust.hpp"
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_truth.hpp"
 #include "protocols/run/frame_view.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/levels.hpp"
 #include "protocols/run/motions.hpp"
@@ -17,7 +17,6 @@
 #include "protocols/run/questions.hpp"
 #include "protocols/run/sampler.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/guard.hpp"
 #include "protocols/watch/standstill.hpp"
 
 namespace lcrig {
@@ -30,14 +29,15 @@ struct RunParts {
 
   const RunSetup& setup;  // clock, instruments, sink
   const Environment& values;  // parameters, and the sweep variables of the current step
-  Pressing* const pressing;  // nullptr: the frame cannot move
   StandstillWatch still;
   ProgressKeeper progress;
   EventLog log;
   InterruptQueue interrupts;
-  Guard guard;
+  FrameWatch watch;
+  const Guard& guard;  // of the watch, as everybody may read them
+  const FrameTruth& truth;
+  const Pressing* const pressing;  // nullptr: the frame cannot move
   FrameView view;
-  FrameTruth truth;
   ContactPlace contact;
   FrameDrive drive;
   Distrust distrust;

@@ -83,7 +83,7 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
   if (broken && *force_N > most_N) {
     co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(), *run.pressing->broken());
   }
-  if (run.pressing != nullptr) run.pressing->leave_to_loop();
+  run.watch.leave_to_loop();
   auto held = co_await run.drive.hold_force(*force_N);
   run.drive.will_hold(*force_N);
   co_return held;

@@ -46,11 +46,11 @@ Duration stale_samples(const RunParts& run) {
 // will show that force with the opposite sign, which then does not mean a pull.
 void learn_zero(const Rest& before, const Rest& after, double hidden_N, RunParts& run) {
   if (hidden_N > 0) {
-    run.truth.learn_zero_under_load(before.force_N() - after.force_N());
+    run.watch.take_out(before.force_N() - after.force_N());
   } else {
-    run.truth.learn_rest(after);
+    run.watch.learn_rest(after);
   }
-  run.guard.set_rest_force(after.force_N(), after.scatter_N());
+  run.watch.set_rest_force(after);
 }
 
 }  // namespace
@@ -101,14 +101,14 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
   }
   const double hidden_N = force ? pressed_N(*rest, run) : 0;
   const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may report it as well
-  if (travel) run.truth.look_away();
+  if (travel) run.watch.look_away();
   auto zeroed = co_await run.setup.frame.zero(force, travel);
   if (!zeroed && zeroed.error().code == Errc::refused) run.distrust.zero_settled();
   if (!zeroed) co_return zeroed;
-  run.truth.zero_force();
+  run.watch.zero_force();
   run.view.zeroed(true);
   if (force) run.view.sum_zeros(sum_N);
-  if (force) run.guard.set_zero_under_load(hidden_N);
+  if (force) run.watch.hide(hidden_N);
   if (travel) {
     run.contact.zero_travel(rest->travel_m().value_or(0));
     run.drive.forget_limits();
@@ -116,7 +116,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
   run.event(run.point());  // stores the new origin
   run.event(ZeroEvent{rest->force_N()});
   co_await run.setup.clock.wait_for(stale_samples(run));
-  if (travel) run.truth.stand();
+  if (travel) run.watch.stand();
   auto after = co_await run.view.watch_rest(FrameView::kRestTime);
   if (!after) co_return fail(after.error());
   learn_zero(*rest, *after, hidden_N, run);

@@ -72,6 +72,7 @@ double scatter_anew(double freedoms) {
 }
 
 void Rest::add(std::span<const FrameSample> samples) {
+  samples_ += std::ssize(samples);
   for (const FrameSample& s : samples) {
     moving_ = moving_ || (s.flags & frame_flag::kMoving) != 0;
     if (!begin_) begin_ = s.received;
@@ -109,17 +110,16 @@ double Rest::scatter_N() const {
 
 void Rest::know_drift(const Rest& before, Duration ago) {
   const double s = to_seconds(ago);
-  known_drift_N_s_ = (force_N() - before.force_N()) / s;
-  known_drift_error_N_s_ = std::hypot(error_N(), before.error_N()) / s;
+  known_drift_ = {(force_N() - before.force_N()) / s, std::hypot(error_N(), before.error_N()) / s};
 }
 
 double Rest::drift_N_s() const {
-  if (known_drift_N_s_) return *known_drift_N_s_;
+  if (known_drift_) return known_drift_->drift_N_s;
   return forces() > 2 && time_.sum_squares > 0 ? products_ / time_.sum_squares : 0;
 }
 
 double Rest::drift_error_N_s() const {
-  if (known_drift_N_s_) return known_drift_error_N_s_;
+  if (known_drift_) return known_drift_->error_N_s;
   const double tt = time_.sum_squares;
   if (forces() < 3 || !(tt > 0)) return std::numeric_limits<double>::infinity();
   const double left = std::max(0.0, force_.sum_squares - products_ * products_ / tt);

@@ -37,7 +37,12 @@ double scatter_anew(double freedoms);
 
 class Rest {
  public:
+  Rest() = default;
+  // `from_sample`: how many samples the run had before.
+  explicit Rest(std::int64_t from_sample) : from_sample_(from_sample) {}
   void add(std::span<const FrameSample> samples);
+  std::int64_t from_sample() const { return from_sample_; }
+  std::int64_t samples() const { return samples_; }
 
   std::optional<MonoTime> begin() const { return begin_; }  // time of its first sample
   std::int64_t forces() const { return force_.count; }
@@ -55,8 +60,14 @@ class Rest {
   bool drifts() const { return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s(); }
   // Takes the drift since the rest `before`, measured `ago`: more accurate than within one rest.
   void know_drift(const Rest& before, Duration ago);
+  struct KnownDrift {
+    double drift_N_s = 0, error_N_s = 0;
+  };
+  void know_drift(const KnownDrift& drift) { known_drift_ = drift; }
+  const std::optional<KnownDrift>& known_drift() const { return known_drift_; }
   // Shifts the mean, e.g. by the drift over some time.
-  void shift(double force_N) { force_.mean += force_N; }
+  void shift(double force_N) { force_.mean += force_N, shifted_N_ += force_N; }
+  double shifted_N() const { return shifted_N_; }
   // No real cell repeats its last digit for ever. One that does is frozen or not connected.
   bool is_alive() const { return different_ > 0; }
   double digit_N() const { return digit_N_; }  // smallest difference of two samples; 0: none
@@ -84,8 +95,9 @@ class Rest {
   RunningMean force_, time_;  // of the samples with a force; N, s
   double products_ = 0;  // sum of products of both about their means, N s
   std::optional<MonoTime> begin_;
-  std::optional<double> known_drift_N_s_;
-  double known_drift_error_N_s_ = 0;
+  std::optional<KnownDrift> known_drift_;
+  double shifted_N_ = 0;
+  std::int64_t from_sample_ = 0, samples_ = 0;
   std::optional<double> last_N_;
   std::int64_t travels_ = 0;
   double travel_sum_m_ = 0, travel_min_m_ = 0, travel_max_m_ = 0;

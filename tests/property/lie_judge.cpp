@@ -70,6 +70,7 @@ class LieJudge {
   // it may not.
   void judge_end() {
     if (!w_.is_clean) broken("clean: something still waits after the run");
+    if (!w_.replay_differs.empty()) broken("replay: {}", w_.replay_differs);
     if (w_.too_long) broken("long: it did not end by itself");
     if (w_.stood || !w_.result) return;
     const bool told = !succeeded() && has_one(reason(), {"standstill", "E-stop", "STOP"});

@@ -287,6 +287,7 @@ Broken ends_standing_and_honest(Trial& t) {
   const RigWorld& w = t.world();
   Broken out;
   if (!w.is_clean) out.push_back("clean: something still waits after the run");
+  if (!w.replay_differs.empty()) out.push_back("replay: " + w.replay_differs);
   if (w.too_long) out.push_back("long: it did not end by itself");
   const std::string reason = w.result ? w.result->reason : "";
   const bool failed = !w.result || !ended_well(w.result->exit_status);

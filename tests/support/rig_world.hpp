@@ -21,6 +21,7 @@
 #include "drivers/faults/player.hpp"
 #include "drivers/memory_pipe.hpp"
 #include "storage/database.hpp"
+#include "tests/support/replayed.hpp"
 #include "tests/support/rig_instruments.hpp"
 #include "tests/support/rig_witness.hpp"
 #include "tests/support/temp_dir.hpp"
@@ -91,6 +92,7 @@ class RigWorld {
   std::vector<Acted> acted;
   bool too_long = false;
   bool is_clean = false;  // nothing was left waiting
+  std::string replay_differs;  // how the watch judges the stored run another time
   RigWitness witness;
   MonoTime over_at;
 
@@ -105,6 +107,7 @@ class RigWorld {
     spawn(play());
     clock.run(io, [this] { return over_ && clock.pending() == 0; });
     player_.reset();
+    if (fault_script.empty() && result) judge_again();
     recorder_.reset();
     io.restart();
     io.poll();
@@ -141,6 +144,11 @@ class RigWorld {
   std::vector<std::int64_t> happened;  // how often each fault of the script happened
 
  private:
+  void judge_again() {
+    const auto db = open_read_only(database(), kInMemory);
+    replay_differs = db ? replay_difference(*db, 1) : db.error().what;
+  }
+
   Recorder::Options recorder_options() {
     Recorder::Options options(database());
     // A script may break the disk, so the run then needs a real one.

@@ -17,6 +17,7 @@
 #include "daemon/session.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
+#include "tests/support/replayed.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
@@ -35,6 +36,7 @@ class SessionWorld {
 
   Bench bench = *find_bench("paper");
   bool in_memory = false;  // keeps the database in memory, not on the disk
+  bool judges_again = true;  // the stored run, as `lcrig watch replay`
   ParameterValues parameters;
   std::string specimen_name = "paper-1";
   std::string specimen_text{shipped_specimens().front().text};
@@ -67,6 +69,9 @@ class SessionWorld {
     });
     clock.run(io, [this] { return outcome_.has_value() && clock.pending() == 0; });
     recorder_.reset();
+    if (judges_again && outcome_ && *outcome_) {
+      EXPECT_EQ(replay_difference(open(), 1), "") << "the watch, judging the stored run again";
+    }
     if (!outcome_) return fail(Errc::bug, "the run never ended");
     return *outcome_;
   }

@@ -168,7 +168,9 @@ class EventSink final : public RunSink {
   void reading(const LcrReading&, const ReadingTag&) override {}
   void samples(std::span<const FrameSample>) override {}
   void level(const LoadLevel&) override {}
-  void event(const RunEvent& event) override { events.push_back(event); }
+  void event(const RunEvent& event) override {
+    if (!is_for_replay(event.kind.kind())) events.push_back(event);
+  }
   Task<Result<>> flush() override { co_return Result<>(); }
 
   std::vector<std::string> kinds() const {

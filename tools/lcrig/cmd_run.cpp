@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/lcrig/cmd_watch.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
@@ -134,7 +135,9 @@ void say_idle(Context& context, const DaemonStatus& status) {
   if (!next.empty()) context.console.next(next);
 }
 
-Outcome<ExitCode> watch(Context& context, const std::string&) {
+}  // namespace
+
+Outcome<ExitCode> watch_live(Context& context) {
   StopSignals signals;
   auto client = ControlClient::connect(context);
   if (!client) return client.error();
@@ -153,11 +156,6 @@ Outcome<ExitCode> watch(Context& context, const std::string&) {
   return print_run_end(context, *client, end->run);
 }
 
-constexpr OneWord kWatch{"watch", "Show the run that goes on until it ends", "lcrig watch", watch};
-
-}  // namespace
-
 const CommandFactory kRunCommand = make_command<RunCommand>;
-const CommandFactory kWatchCommand = make_command<OneWordCommand, kWatch>;
 
 }  // namespace lcrig::cli

@@ -128,6 +128,10 @@ class Follower {
         EventKind::plan,       EventKind::watch,    EventKind::rest,     EventKind::motion,
         EventKind::stiffness,  EventKind::settings, EventKind::overshoot};
     if (std::ranges::find(kQuiet, note.event.kind.kind()) != kQuiet.end()) return;
+    if (note.event.kind == EventKind::read_back) {
+      const auto back = from_json<ReadBackEvent>(note.event.detail);
+      if (back && back->equal) return;
+    }
     line_.say_one_line(printable(line_of(note.event), kLongestWords));
   }
   // Before a run starts: what it waits for.

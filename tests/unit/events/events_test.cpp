@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -38,6 +39,13 @@ TEST(EventKind, EachHasOneWordAndOneRowInThePage) {
     EXPECT_EQ(to_string(EventName(word).kind()), word);
   }
   EXPECT_EQ(rows.size(), words.size());
+}
+
+TEST(EventKind, WhatIsForTheReplayIsLeftOutBySql) {
+  for (const auto& word : all_words<EventKind>()) {
+    const bool left_out = std::string(kIsShown).find("'" + word + "'") != std::string::npos;
+    EXPECT_EQ(left_out, is_for_replay(EventName(word).kind())) << word;
+  }
 }
 
 TEST(EventKind, AWordThatNobodyKnowsIsKept) {
@@ -186,6 +194,41 @@ TEST(RunEvents, KeepThePayloadThatTheyWereMadeOf) {
   EXPECT_EQ(made.as<ZeroEvent>(), nullptr);
   const RunEvent words(MonoTime(), EventKind::mark, "load", "half way");
   EXPECT_EQ(words.as<LevelAbandonedEvent>(), nullptr);
+}
+
+// The page lists what belongs to each word.
+TEST(EventPayload, OfWhatTheWatchWasToldIsReadBack) {
+  const std::string page = read_text_file("docs/events.md").value();
+  for (const std::string& word : all_words<Told>()) EXPECT_THAT(page, HasSubstr("`" + word + "`"));
+  ToldEvent e(Told::order);
+  e.samples = 1200;
+  e.judging = e.holds = true;
+  e.force_N = 0.1;
+  e.against_N = 1.0 / 3;
+  e.worst_N = std::numeric_limits<double>::infinity();  // JSON has none
+  e.reason = "\"quoted\"";
+  const std::string stored = to_json(e);
+  const auto back = from_json<ToldEvent>(stored);
+  ASSERT_TRUE(back) << back.error().what;
+  EXPECT_EQ(to_json(*back), stored);
+  EXPECT_EQ(back->what, Told::order);
+  EXPECT_EQ(back->against_N, e.against_N);
+  EXPECT_GT(*back->worst_N, 1e300);
+  EXPECT_FALSE(back->travel_m);
+  EXPECT_FALSE(from_json<ToldEvent>(R"({"what":"nonsense","samples":1})"));
+}
+
+TEST(EventPayload, OfTheWatchKeepsItsTables) {
+  WatchSetupEvent e;
+  e.rate_Hz = 50;
+  e.gap_min_m = -1e-3;
+  e.at_most_N_m = {1.0 / 3, 2e3, std::numeric_limits<double>::infinity()};
+  const auto back = from_json<WatchSetupEvent>(to_json(e));
+  ASSERT_TRUE(back) << back.error().what;
+  EXPECT_EQ(back->at_most_N_m, e.at_most_N_m);
+  EXPECT_EQ(back->gap_min_m, e.gap_min_m);
+  EXPECT_FALSE(back->if_free_N_m);
+  EXPECT_FALSE(from_json<WatchSetupEvent>(R"({"format":1})"));
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ class Probe : public RunFixture {
     feed();
     parts().log.begin_step(step(0));
     before_ = run(parts().view.living_rest()).value();
-    parts().truth.learn_rest(before_);
+    parts().watch.learn_rest(before_);
     sink.events.clear();
   }
   // Puts the frame where the threshold was reached.
@@ -56,13 +56,13 @@ class Probe : public RunFixture {
   }
   // Shows the samples of the approach, at these distances before contact.
   void show_digit(std::initializer_list<double> off_m) {
-    parts().pressing->begin(Pressing::Permit());
+    parts().watch.permit(Pressing::Permit());
     for (const double x : off_m) {
       frame.travel_m = kContact_m - x;
       const FrameSample s = frame.sample();
-      parts().pressing->add(std::span(&s, 1));
+      parts().watch.add_pressed(std::span(&s, 1));
     }
-    parts().pressing->end(MotionOutcome(), 0);
+    parts().watch.compare(MotionOutcome(), 0);
   }
   const StiffnessEvent& stiffness() const { return *sink.events.back().as<StiffnessEvent>(); }
   static double spring(double travel_m) {

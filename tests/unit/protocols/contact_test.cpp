@@ -78,7 +78,7 @@ TEST_F(Contact, WithASpecimenThatSticksLeavesTheCellUnloadedOnceItLetsGo) {
   EXPECT_FALSE(truth.is_pulled(-0.045));
   EXPECT_TRUE(truth.is_loaded(0.02));
   EXPECT_TRUE(truth.is_pulled(-0.1));
-  EXPECT_NEAR(truth.motion_now(-1, 1e-5).free_N.value(), 0, 1e-3);
+  EXPECT_NEAR(truth.motion_now(-1, 1e-5, {}).free_N.value(), 0, 1e-3);
 }
 
 TEST_F(Contact, IsNoneWhereTheForceStaysOnTheWayBack) {

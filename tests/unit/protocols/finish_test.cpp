@@ -212,7 +212,7 @@ TEST_F(End, WithAForceBelowItsLimitMovesNothingAndBlamesNobody) {
   frame.force_N = -1.2;
   parts().view.add({});
   const FrameSample s = frame.sample();
-  parts().guard.check(s);
+  parts().watch.check_limits(s);
   const RunResult result = end_by(Interrupt::limit);
   EXPECT_EQ(finallies, 0);
   EXPECT_THAT(result.reason, HasSubstr("the load cell shows -1.200 N: the specimen pulls at the "

@@ -16,7 +16,14 @@ using testing::HasSubstr;
 
 class Truth : public RunFixture {
  protected:
-  FrameTruth& truth() { return parts().truth; }
+  FrameWatch& watch() { return parts().watch; }
+  const FrameTruth& truth() { return parts().truth; }
+  Plausibility::Motion motion_now(double direction, double speed_m_s) {
+    return truth().motion_now(direction, speed_m_s, parts().view.shown_force());
+  }
+  Result<> believe(const MotionOrder& order, const MotionOutcome& outcome) {
+    return run(parts().motions.believe(order, outcome));
+  }
   // Thirty samples, ten a second, that alternate between the two forces.
   static Rest rest_between(double low_N, double high_N) {
     Rest rest;
@@ -45,14 +52,14 @@ class Truth : public RunFixture {
 
 TEST_F(Truth, NothingIsPressedBeforeTheCellWasSeenAlive) {
   EXPECT_TRUE(truth().needs_look());
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   EXPECT_FALSE(truth().needs_look());
   EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
 }
 
 TEST_F(Truth, ACellThatHasFrozenTeachesNothing) {
-  truth().learn_rest(rest_between(0.010, 0.012));
-  truth().learn_rest(rest_between(0.5, 0.5));
+  watch().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.5, 0.5));
   EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
 }
 
@@ -72,9 +79,9 @@ TEST_F(Truth, HowTheTravelScattersIsLearnedAtTheFirstLook) {
   const auto told_mm = [this] {
     return nlohmann::json::parse(sink.events.back().detail).at("travel_noise_mm").get<double>();
   };
-  truth().learn_rest(look(2e-6));
+  watch().learn_rest(look(2e-6));
   EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
-  truth().learn_rest(look(20e-6));
+  watch().learn_rest(look(20e-6));
   EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
 }
 
@@ -94,18 +101,18 @@ TEST_F(Truth, ALookThatSeesTooLittleScatterMakesNoCellALiar) {
     }
     return rest;
   };
-  for (const int count : {20, 25, 25}) truth().learn_rest(look(0.016, count));
-  truth().learn_rest(look(0.0067, 18));
+  for (const int count : {20, 25, 25}) watch().learn_rest(look(0.016, count));
+  watch().learn_rest(look(0.0067, 18));
   EXPECT_GT(truth().sure_noise_N(), 0.013);
   EXPECT_LT(truth().sure_noise_N(), 0.024);
   parts().view.take_standstill(done_at(0, 0));
-  EXPECT_GT(truth().motion_now(1, 1e-5).against_N, kDifferenceSigmas * 0.013);
-  EXPECT_LT(truth().motion_now(1, 1e-5).against_N, 0.25);
+  EXPECT_GT(motion_now(1, 1e-5).against_N, kDifferenceSigmas * 0.013);
+  EXPECT_LT(motion_now(1, 1e-5).against_N, 0.25);
 }
 
 TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {
-  truth().learn_rest(rest_between(0.010, 0.012));
-  truth().learn_rest(rest_between(0.110, 0.112), FrameTruth::Under::perhaps_contact);
+  watch().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.110, 0.112), FrameTruth::Under::perhaps_contact);
   EXPECT_NEAR(truth().rest_N(), 0.111, 1e-12);
   EXPECT_NEAR(truth().bare_N(), 0.011, 1e-12);
   EXPECT_TRUE(truth().is_loaded(0.2));
@@ -113,36 +120,37 @@ TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {
 }
 
 TEST_F(Truth, ASpecimenThatMayHavePulledIsNotTakenForOneThatPressesNow) {
-  truth().learn_rest(rest_between(-0.046, -0.044));
+  watch().learn_rest(rest_between(-0.046, -0.044));
   EXPECT_TRUE(truth().is_loaded(0));
-  truth().learn_unpulled(0.001);
+  watch().learn_unpulled(0.001);
   EXPECT_FALSE(truth().is_loaded(0));
   EXPECT_TRUE(truth().is_loaded(0.02));
   EXPECT_FALSE(truth().is_pulled(-0.06));
   EXPECT_TRUE(truth().is_pulled(-0.1));
-  truth().learn_rest(rest_between(-0.046, -0.044));
+  watch().learn_rest(rest_between(-0.046, -0.044));
   EXPECT_TRUE(truth().is_loaded(0)) << "a new look counts alone";
 }
 
 TEST_F(Truth, TheZeroOfTheCellMayErrByATenthOfItsClass) {
   for (const double percent : kForceClasses) {
-    setup().cell = ForceClass(percent);
-    const double nominal_N = frame.capabilities().force_max.si();
-    EXPECT_DOUBLE_EQ(truth().zero_doubt_N(), nominal_N * percent / 1000);
+    WatchedRig rig = watch().rig();
+    rig.cell = ForceClass(percent);
+    const FrameTruth of_class(rig, parts().guard, nullptr, {});
+    EXPECT_DOUBLE_EQ(of_class.zero_doubt_N(), rig.frame.force_max.si() * percent / 1000);
   }
 }
 
 TEST_F(Truth, AMotionThatEndedWhereItShouldIsBelieved) {
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 1e-3);
-  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));
+  EXPECT_TRUE(believe(to_travel(1e-3), done_at(1e-3, 0.011)));
   EXPECT_EQ(events_of("contradiction"), 0);
 }
 
 TEST_F(Truth, ADoneElsewhereIsRefusedAndRecorded) {
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0.4e-3);
-  const auto r = run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011)));
+  const auto r = believe(to_travel(1e-3), done_at(1e-3, 0.011));
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().code, Errc::refused);
   EXPECT_THAT(r.error().what, HasSubstr("it was to go to 1.0000 mm, and shows 0.4000 mm"));
@@ -151,7 +159,7 @@ TEST_F(Truth, ADoneElsewhereIsRefusedAndRecorded) {
 
 // The last sample is older than the frame's message; the next one may confirm it.
 TEST_F(Truth, TheSamplesMayComeLater) {
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0.9e-3);
   auto late = [](Clock& time, std::function<void()> act) -> Task<> {
     co_await time.wait_for(50ms);
@@ -159,42 +167,42 @@ TEST_F(Truth, TheSamplesMayComeLater) {
   };
   bool ended = false;
   start(late(clock, [this] { show(0.011, 1e-3); }), ended);
-  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));
+  EXPECT_TRUE(believe(to_travel(1e-3), done_at(1e-3, 0.011)));
   EXPECT_TRUE(ended);
 }
 
 TEST_F(Truth, AMotionThatDidNotReachItsTargetIsNotJudged) {
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0.4e-3);
   MotionOutcome stopped = done_at(0.4e-3, 0.011);
   stopped.reason = MotionEnd::stopped;
-  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), stopped)));
+  EXPECT_TRUE(believe(to_travel(1e-3), stopped));
 }
 
 // The relaxation that a specimen is allowed grows with the force that is felt.
 TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0);
-  const double bare_N = truth().motion_now(1, 1e-5).against_N;
+  const double bare_N = motion_now(1, 1e-5).against_N;
   show(0.611, 0);
-  const double loaded_N = truth().motion_now(1, 1e-5).against_N;
+  const double loaded_N = motion_now(1, 1e-5).against_N;
   EXPECT_GT(loaded_N, bare_N + 0.05);
-  EXPECT_LT(truth().motion_now(-1, 1e-5).against_N, loaded_N);
+  EXPECT_LT(motion_now(-1, 1e-5).against_N, loaded_N);
 }
 
 // The force before an overload says nothing about the way back from the overload.
 TEST_F(Truth, OnTheWayBackFromAnOverloadTheForceMayBeAsHighAsItIs) {
-  truth().learn_rest(rest_between(0.010, 0.012));
+  watch().learn_rest(rest_between(0.010, 0.012));
   show(0.5, 1e-3);
   FrameSample dark = frame.sample();
   dark.force_N.reset();
   dark.flags = frame_flag::kForceOverload;
   parts().view.add(std::span(&dark, 1));
-  EXPECT_TRUE(truth().motion_now(1, 1e-5).force_known) << "towards the specimen nothing is excused";
-  truth().begin(truth().motion_now(-1, 1e-5));
+  EXPECT_TRUE(motion_now(1, 1e-5).force_known) << "towards the specimen nothing is excused";
+  watch().order(motion_now(-1, 1e-5));
   const auto check = [this](double force_N, double travel_m) {
     show(force_N, travel_m);
-    return truth().check(frame.sample());
+    return watch().check(frame.sample());
   };
   EXPECT_FALSE(check(4.6, 0.9e-3));
   EXPECT_FALSE(check(3.0, 0.8e-3));
@@ -205,7 +213,7 @@ TEST_F(Truth, AFrameThatThisRunDoesNotMoveIsBelieved) {
   setup().commands = false;
   EXPECT_FALSE(truth().needs_look());
   show(0.011, 0.4e-3);
-  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));
+  EXPECT_TRUE(believe(to_travel(1e-3), done_at(1e-3, 0.011)));
 }
 
 }  // namespace

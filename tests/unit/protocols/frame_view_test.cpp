@@ -62,7 +62,7 @@ TEST_F(View, ACellThatShowsOneValueIsNotAlive) {
   const auto rest = run(view().living_rest());
   ASSERT_TRUE(rest) << rest.error().what;
   EXPECT_NEAR(rest->force_N(), 5e-5, 1e-5);
-  EXPECT_DOUBLE_EQ(view().wavers_N(), rest->scatter_N());
+  EXPECT_DOUBLE_EQ(view().shown_force().wavers_N, rest->scatter_N());
 }
 
 TEST_F(View, SilenceIsNoReply) {

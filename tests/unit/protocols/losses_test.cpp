@@ -21,7 +21,7 @@ class Loss : public RunFixture {
     parts().progress.enter<RunState::running>();
     parts().drive.set_prepared(true);
     parts().log.begin_step(step(0));
-    parts().truth.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_rest(run(parts().view.living_rest()).value());
   }
   std::optional<InterruptRequest> survive() {
     parts().interrupts.take();  // the loss itself

@@ -20,7 +20,7 @@ class Motion : public RunFixture {
     frame.travel_m = 5e-3;
     feed();
     parts().log.begin_step(step(0));
-    parts().truth.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_rest(run(parts().view.living_rest()).value());
     sink.events.clear();
   }
   Result<> to_travel(double travel_m) { return run(parts().motions.to_travel(travel_m, 1e-3, 60)); }
@@ -62,7 +62,7 @@ TEST_F(Motion, ThatTheContactStoppedSaysSo) {
   frame.motion_says.reason = MotionEnd::travel_limit;
   EXPECT_EQ(run(parts().motions.to_force(0.1, 1e-5, 60)).error().what,
             "step r: the frame stopped at its travel limit");
-  parts().truth.know_contact(5e-3, 0.02, 1e4);
+  parts().watch.know_contact(5e-3, 0.02, 1e4);
   EXPECT_THAT(run(parts().motions.to_force(0.1, 1e-5, 60)).error().what,
               HasSubstr("where the contact that was found must show 0.1 N at least"));
 }
@@ -112,9 +112,9 @@ TEST_F(Motion, WhatTheCellShowsLateIsNoDriveThatDisobeys) {
   const double worst_N = sink.events.back().as<OvershootEvent>()->predicted_N;
   const auto shows = [this](double force_N) {
     frame.force_N = force_N;
-    return parts().truth.check(frame.sample());
+    return parts().watch.check(frame.sample());
   };
-  parts().truth.begin(parts().truth.motion_now(-1, 1e-5));
+  parts().watch.order(parts().truth.motion_now(-1, 1e-5, parts().view.shown_force()));
   EXPECT_FALSE(shows(worst_N));
   EXPECT_TRUE(shows(worst_N + 0.1));
   EXPECT_GT(worst_N, 0.39) << "more than the tolerance of the way away";

@@ -21,7 +21,7 @@ class Parts : public RunFixture {
     frame.travel_m = 5e-3;
     feed();
     parts().log.begin_step(step(0));
-    parts().truth.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_rest(run(parts().view.living_rest()).value());
     frame.commands.clear();
   }
   Result<> move_to(TargetKind kind, double value) {

@@ -47,7 +47,7 @@ class StepTimes : public RunFixture {
     frame.set_listener(&view_);
     asio::co_spawn(io, frame.send_samples(), asio::detached);
     parts().log.begin_step(step(0));
-    parts().truth.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_rest(run(parts().view.living_rest()).value());
     frame.force_N = 0.5;
     frame.never_ends = true;
     clock.run_for(io, 1s);

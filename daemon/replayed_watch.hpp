@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads a stored run and judges it again with the watch of this program (`lcrig watch replay`).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocols/run/watch_replay.hpp"
+#include "storage/database.hpp"
+
+namespace lcrig {
+
+struct ReplayedWatch {
+  std::int64_t run = 0, samples = 0, told = 0;
+  // Why only the limits of the force were judged, and up to where; empty: everything was judged.
+  std::string only;
+  std::vector<WatchFinding> recorded;  // what the watch of the run found in its samples
+  std::vector<WatchFinding> judged;  // what this one finds
+  MonoTime started;
+  bool is_same() const { return recorded == judged; }
+};
+
+// Errors: not_found (no such run), garbled (an event that this program cannot read), io.
+Result<ReplayedWatch> replay_watch(const Database& db, std::int64_t run);
+
+}  // namespace lcrig
