@@ -252,13 +252,22 @@ class Walk {
   std::vector<PlannedLevel> falling_;
 };
 
-// Visits all steps, including those inside loops. `visit` may change them if `steps` is not const.
-template <class AnySteps, class Visit>
-void each_step(AnySteps& steps, const Visit& visit) {
-  for (auto& step : steps) {
+// Visits all steps, including those inside loops.
+void each_step(const Steps& steps, const auto& visit) {
+  for (const Step& step : steps) {
     visit(step);
-    const std::optional<Loop> loop = facts_of(step).loop;
-    if (loop) each_step(const_cast<AnySteps&>(loop->steps()), visit);
+    if (const Loop* loop = facts_of(step).loop) each_step(loop->steps, visit);
+  }
+}
+
+// The same, for a visitor that may replace their actions.
+void change_steps(Steps& steps, const auto& visit) {
+  for (Step& step : steps) {
+    visit(step);
+    if (facts_of(step).loop == nullptr) continue;
+    auto loop = step.action->copy();
+    change_steps(dynamic_cast<Loop&>(*loop).steps, visit);
+    step.action = std::move(loop);
   }
 }
 
@@ -338,8 +347,8 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
   out.protocol.sample.lcr.frequency = frequency;
   const double conversion = to_seconds(rig.lcr.conversion_time(out.protocol.sample.lcr));
   Environment env = environment;
-  each_step(out.protocol.steps, [&](Step& step) {
-    const MeasureStep* measure = facts_of(step).measures;
+  change_steps(out.protocol.steps, [&](Step& step) {
+    const Readings* measure = facts_of(step).measures;
     if (!measure) return;
     const bool known = measure->count.name.empty() || env.values().contains(measure->count.name);
     const bool timed = measure->within.name.empty() || env.values().contains(measure->within.name);
@@ -353,8 +362,8 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
                      : fmt::format("within_s of step {} must be {:g}", step.id, within);
     if (named) out.parameters[name] = std::max(out.parameters[name], within);
     out.by_parameters = out.by_parameters && named;
-    MeasureStep longer = *measure;
-    longer.within = Number(within);
+    auto longer = step.action->copy();
+    dynamic_cast<Readings&>(*longer).within = Number(within);
     step.action = std::move(longer);
   });
   return out;
@@ -364,7 +373,7 @@ Knobs find_knobs(const Protocol& protocol) {
   std::set<std::string> readings, within;
   bool fixed = false;
   each_step(protocol.steps, [&](const Step& step) {
-    const MeasureStep* measure = facts_of(step).measures;
+    const Readings* measure = facts_of(step).measures;
     if (!measure) return;
     readings.insert(measure->count.name);
     within.insert(measure->within.name);

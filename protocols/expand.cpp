@@ -22,10 +22,10 @@ bool StepCursor::again() {
   if (pass.index < pass.count) {
     ++pass.index;
     pass.at = 0;
-    pass.loop.set_variable(pass.index, environment_);
+    pass.loop->set_variable(pass.index, environment_);
     return true;
   }
-  if (const std::string* name = pass.loop.variable()) environment_.unset(*name);
+  if (const std::string* name = pass.loop->variable()) environment_.unset(*name);
   loops_.pop_back();
   return false;
 }
@@ -50,14 +50,14 @@ namespace {
 
 const StepCursor::Pass* outermost_repeat(const std::vector<StepCursor::Pass>& loops) {
   const auto it = std::ranges::find_if(
-      loops, [](const StepCursor::Pass& pass) { return pass.loop.repeats() != nullptr; });
+      loops, [](const StepCursor::Pass& pass) { return pass.loop->repeats() != nullptr; });
   return it == loops.end() ? nullptr : &*it;
 }
 
 bool any_step(const Steps& steps, bool (*holds)(const StepFacts&)) {
   return std::ranges::any_of(steps, [&](const Step& step) {
     const StepFacts facts = facts_of(step);
-    return facts.loop ? any_step(facts.loop->steps(), holds) : holds(facts);
+    return facts.loop ? any_step(facts.loop->steps, holds) : holds(facts);
   });
 }
 
@@ -84,7 +84,7 @@ bool places_weights(const Steps& steps) {
 bool has_safe_point(const Steps& steps) {
   return std::ranges::any_of(steps, [](const Step& step) {
     const StepFacts facts = facts_of(step);
-    return step.safe_point || (facts.loop && has_safe_point(facts.loop->steps()));
+    return step.safe_point || (facts.loop && has_safe_point(facts.loop->steps));
   });
 }
 

@@ -18,9 +18,9 @@ inline constexpr std::int64_t kStepsMax = 2'000'000;
 class StepCursor {
  public:
   struct Pass {
-    Pass(const Step& s, const Loop& l, std::int64_t n) : step(&s), loop(l), count(n) {}
+    Pass(const Step& s, const Loop& l, std::int64_t n) : step(&s), loop(&l), count(n) {}
     const Step* step;  // a repeat or a sweep
-    Loop loop;
+    const Loop* loop;
     std::int64_t index = 1;  // counts from 1
     std::int64_t count;
     std::size_t at = 0;  // next step inside
@@ -43,7 +43,7 @@ class StepCursor {
  private:
   void enter(const Step& step, const Loop& loop);
   bool again();
-  const Steps& inner() const { return loops_.back().loop.steps(); }
+  const Steps& inner() const { return loops_.back().loop->steps; }
 
   const Steps& steps_;
   Environment& environment_;

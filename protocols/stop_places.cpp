@@ -26,7 +26,7 @@ class Loads {
       const StepFacts facts = facts_of(step);
       const std::string* variable = facts.loop ? facts.loop->variable() : nullptr;
       if (variable != nullptr) swept_.push_back(*variable);
-      if (facts.loop) add(facts.loop->steps());
+      if (facts.loop) add(facts.loop->steps);
       if (variable != nullptr) swept_.pop_back();
       if (facts.aim != nullptr) add(*facts.aim);
     }
@@ -61,13 +61,13 @@ class Loads {
 bool loads_inside(const Steps& steps, const Environment& environment,
                   const std::vector<std::string>& fixed) {
   for (const Step& step : steps) {
-    const std::optional<Loop> loop = facts_of(step).loop;
+    const Loop* loop = facts_of(step).loop;
     if (!loop) continue;
     std::vector<std::string> names = fixed;
     if (const std::string* variable = loop->variable()) names.push_back(*variable);
     Loads loads(environment, names);
-    loads.add(loop->steps());
-    if (loads.are_several() || loads_inside(loop->steps(), environment, names)) return true;
+    loads.add(loop->steps);
+    if (loads.are_several() || loads_inside(loop->steps, environment, names)) return true;
   }
   return false;
 }
@@ -75,7 +75,7 @@ bool loads_inside(const Steps& steps, const Environment& environment,
 // Whether the last step that the cursor returned ends a pass of `loop`.
 bool ends_pass(const StepCursor& cursor, const Step* loop) {
   for (const StepCursor::Pass& around : cursor.loops() | std::views::reverse) {
-    if (around.at != around.loop.steps().size()) return false;
+    if (around.at != around.loop->steps.size()) return false;
     if (around.step == loop) return true;
     if (around.index != around.count) return false;
   }
@@ -114,7 +114,7 @@ bool StopPlaces::loads_and_unloads(const StepCursor::Pass& pass) {
   const auto [it, is_new] = known_.try_emplace(pass.step, false);
   if (is_new) {
     Loads loads(environment_);
-    loads.add(pass.loop.steps());
+    loads.add(pass.loop->steps);
     it->second = loads.are_several();
   }
   return it->second;
@@ -126,7 +126,7 @@ const Step* StopPlaces::loop_of(StopPlace place, const StepCursor& cursor) {
   if (place == StopPlace::repeat) return loops.empty() ? nullptr : loops.front().step;
   for (const StepCursor::Pass& pass : loops | std::views::reverse) {
     if (!loads_and_unloads(pass)) continue;
-    return loads_inside(pass.loop.steps(), cursor.environment(), {}) ? nullptr : pass.step;
+    return loads_inside(pass.loop->steps, cursor.environment(), {}) ? nullptr : pass.step;
   }
   return nullptr;
 }

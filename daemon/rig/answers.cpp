@@ -13,20 +13,12 @@ namespace lcrig {
 
 namespace {
 
-void find_questions(const Steps& steps, std::map<std::string, const AskStep*>& out) {
+void find_questions(const Steps& steps, std::map<std::string, const StepQuestion*>& out) {
   for (const Step& step : steps) {
     const StepFacts facts = facts_of(step);
     if (facts.asks != nullptr) out[step.id] = facts.asks;
-    if (facts.loop) find_questions(facts.loop->steps(), out);
+    if (facts.loop) find_questions(facts.loop->steps, out);
   }
-}
-
-// Inside a sweep the range of a question may depend on its variable. Then only the run can check.
-bool is_known(const AskStep& ask, const Environment& environment) {
-  const auto known = [&](const std::optional<Number>& n) {
-    return !n || n->name.empty() || environment.values().contains(n->name);
-  };
-  return known(ask.min) && known(ask.max) && known(ask.default_number);
 }
 
 std::optional<AnswerValue> read_value(const JsonReader& r) {
@@ -45,7 +37,7 @@ Result<Answers> parse_answers(std::string_view text, const std::string& name,
   if (!document) return fail(document.error());
   const JsonReader top(*document);
   top.expect_format("answers/1");
-  std::map<std::string, const AskStep*> questions;
+  std::map<std::string, const StepQuestion*> questions;
   find_questions(protocol.steps, questions);
   std::vector<std::string> ids;
   for (const auto& [id, ask] : questions) ids.push_back(id);
@@ -61,7 +53,9 @@ Result<Answers> parse_answers(std::string_view text, const std::string& name,
       continue;
     }
     if (!value) continue;
-    if (is_known(*asks->second, environment)) {
+    // Inside a sweep the range of a question may depend on its variable. Then only the run can
+    // check.
+    if (asks->second->is_known(environment)) {
       const auto read = read_answer(asks->second->question(id, environment), *value);
       if (!read) r.refuse(read.error().what);
     }

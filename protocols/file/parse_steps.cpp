@@ -8,26 +8,21 @@
 #include <cctype>
 
 #include "base/text.hpp"
+#include "protocols/file/step_kinds.hpp"
 
 namespace lcrig {
 
 namespace {
 
-template <std::size_t... I>
-constexpr auto words_of(std::index_sequence<I...> /*kinds*/) {
-  return std::array{
-      std::pair<std::string_view, std::size_t>(std::variant_alternative_t<I, Action>::kWord, I)...};
+using Parse = std::shared_ptr<const Action> (*)(const StepReader&);
+template <class... Kind>
+constexpr auto parsers_of(const std::tuple<Kind...>* /*kinds*/) {
+  return std::array{std::pair<std::string_view, Parse>(
+      Kind::kWord, [](const StepReader& r) -> std::shared_ptr<const Action> {
+        return std::make_shared<Kind>(Kind::parse(r));
+      })...};
 }
-template <std::size_t... I>
-constexpr auto parsers_of(std::index_sequence<I...> /*kinds*/) {
-  using Parse = Action (*)(const StepReader&);
-  return std::array<Parse, sizeof...(I)>{[](const StepReader& r) -> Action {
-    return std::variant_alternative_t<I, Action>::parse(r);
-  }...};
-}
-constexpr auto kStepKinds = std::make_index_sequence<std::variant_size_v<Action>>();
-constexpr auto kStepWords = words_of(kStepKinds);
-constexpr auto kStepParsers = parsers_of(kStepKinds);
+constexpr auto kStepKinds = parsers_of(static_cast<const StepKinds*>(nullptr));
 
 struct TargetRow {
   TargetKind kind;
@@ -107,9 +102,9 @@ Step StepsParser::parse_step(const JsonReader& r) {
   step.id = parse_id(r);
   step.pointer = r.pointer();
   const JsonReader kind = r.at("do");
-  const auto index = kind.word<std::size_t>(kStepWords);
+  const auto make = kind.word<Parse>(kStepKinds);
   if (!kind.sound()) return step;  // the keys of an unknown kind are unknown, too
-  step.action = kStepParsers[index](StepReader(r, scope_, *this));
+  step.action = make(StepReader(r, scope_, *this));
   read_safe_point(r, step);
   r.no_other_keys();
   return step;

@@ -8,7 +8,7 @@
 
 #include "base/time.hpp"
 #include "protocols/file/scope.hpp"
-#include "protocols/steps/facts.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 

@@ -35,7 +35,7 @@ const Number* end_of_loop(const Steps& steps, const Number& n, Rounding to,
   for (const Step& step : steps) {
     const StepFacts facts = facts_of(step);
     if (!facts.loop || !n.pointer.starts_with(step.pointer + "/")) continue;
-    if (const Number* found = end_of_loop(facts.loop->steps(), n, to, environment)) return found;
+    if (const Number* found = end_of_loop(facts.loop->steps, n, to, environment)) return found;
     const std::string* variable = facts.loop->variable();
     if (variable == nullptr || *variable != n.name) continue;
     const auto is_nearer = [&](const Number* a, const Number* b) {

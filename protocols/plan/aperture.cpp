@@ -29,7 +29,7 @@ void tighten(Demand& d, double longest_s, std::string why) {
 
 void look_at(const Step& step, const Environment& env, const Rig& rig, int average, Demand& d) {
   const StepFacts facts = facts_of(step);
-  if (const MeasureStep* m = facts.measures) {
+  if (const Readings* m = facts.measures) {
     const double count = env.get(m->count), within = env.get(m->within);
     if (within / count >= d.longest_s * average) return;
     tighten(d, within / count / average,

@@ -11,8 +11,8 @@ void PlannedRig::note_recording() {
   if (protocol_.sample.lcr_continuous) plan_.read_backs.add_recording(lcr_, rig_.lcr);
 }
 
-void PlannedRig::set_meter(const SetLcrStep& step) {
-  lcr_ = step.change(lcr_, environment_);
+void PlannedRig::set_meter(LcrSettings settings) {
+  lcr_ = std::move(settings);
   note_recording();
 }
 

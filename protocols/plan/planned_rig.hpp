@@ -83,7 +83,7 @@ class PlannedRig {
   void zero_force() { force_ = below_N_ = 0; }
   void zero_travel();
   void state_gap(double gap_m);
-  void set_meter(const SetLcrStep& step);
+  void set_meter(LcrSettings settings);
   void add_level(std::int64_t readings, double within_s);
 
   // Sets the end of a motion or of a placed load; refuses it if the limits do not allow it. `to`

@@ -234,7 +234,7 @@ StepPlan Planner::visit(const Step& step) {
     return out;
   }
   const std::int64_t before = rig_.motions();
-  StepPlan out = std::visit([this](const auto& s) { return s.plan(rig_); }, step.action);
+  StepPlan out = step.action->plan(rig_);
   // The facts of a step decide whether a run commands the frame. If they missed a motion, a frame
   // that is only observed would move and never be stopped.
   if (rig_.motions() != before && !facts_of(step).commands_frame()) {

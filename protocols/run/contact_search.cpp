@@ -9,6 +9,7 @@
 
 #include "base/either.hpp"
 #include "protocols/plan/forecast.hpp"
+#include "protocols/steps/find_contact.hpp"
 
 namespace lcrig {
 
@@ -26,19 +27,22 @@ constexpr double kScatterGrown = 1.5;
 
 }  // namespace
 
-Task<Result<>> ContactSearch::find(FindContactStep::Progress& progress) {
+ContactSearch::ContactSearch(RunParts& run, const FindContactStep& step)
+    : run_(run), step_(step), rise_N_(run.get(step.force)) {}
+
+Task<Result<>> ContactSearch::find(std::optional<double>& start_travel_m) {
   // A search that begins again may touch already, and its force would be taken for that at rest. So
   // it first goes back to its start.
-  if (progress.start_travel_m && run_.view.travel_m().value_or(0) > *progress.start_travel_m) {
-    auto back = co_await return_to(*progress.start_travel_m);
+  if (start_travel_m && run_.view.travel_m().value_or(0) > *start_travel_m) {
+    auto back = co_await return_to(*start_travel_m);
     if (!back) co_return back;
   }
   auto seen = co_await look_before();
   if (!seen) co_return seen;
-  if (!progress.start_travel_m) progress.start_travel_m = run_.view.travel_m();
+  if (!start_travel_m) start_travel_m = run_.view.travel_m();
   end_m_ = furthest_m();
   deadline_ = run_.setup.clock.now() + from_seconds(run_.get(step_.timeout));
-  run_.contact.search_from(progress.start_travel_m);
+  run_.contact.search_from(start_travel_m);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const MonoTime begun = run_.setup.clock.now();
     const Rest first = rest_;

@@ -10,16 +10,17 @@
 
 namespace lcrig {
 
+struct FindContactStep;  // steps/find_contact.hpp
+
 class ContactSearch {
  public:
   // Both must outlive it.
-  ContactSearch(RunParts& run, const FindContactStep& step)
-      : run_(run), step_(step), rise_N_(run.get(step.force)) {}
+  ContactSearch(RunParts& run, const FindContactStep& step);
 
   // On success the place of contact is set, its stiffness is known as far as samples can show it,
-  // and the probe is clear of it. `progress` stores where the search began, in case it has to begin
-  // again. Errors: refused (no contact, or a cell that lies), limit_tripped, invalid_request.
-  Task<Result<>> find(FindContactStep::Progress& progress);
+  // and the probe is clear of it. `start_travel_m` stores where the search began, in case it has to
+  // begin again. Errors: refused (no contact, or a cell that lies), limit_tripped, invalid_request.
+  Task<Result<>> find(std::optional<double>& start_travel_m);
 
  private:
   Task<Result<>> return_to(double travel_m);

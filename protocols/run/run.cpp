@@ -2,7 +2,6 @@
 #include "protocols/run/run.hpp"
 
 #include <utility>
-#include <variant>
 
 #include "base/either.hpp"
 
@@ -18,14 +17,9 @@ constexpr Duration kWallClockStep = 500ms;
 // The gateway stops after 1 s without a word, and words are sent every 0.25 s (docs/frame-link.md).
 constexpr Duration kSilencing = 750ms;
 
-// `progress` was made by `new_progress` for this step.
 Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progress) {
   run.labels.aim(facts_of(step));
-  auto task = std::visit(
-      [&]<class S>(const S& s) {
-        return s.execute(run, static_cast<typename S::Progress&>(progress));
-      },
-      step.action);
+  auto task = step.action->execute(run, progress);
   co_return co_await std::move(task);
 }
 
@@ -318,7 +312,7 @@ void Run::begin_step(const Step& step) {
 
 Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   begin_step(step);
-  const auto remembered = new_progress(step);
+  const auto remembered = step.action->new_progress();
   StepProgress& progress = *remembered;
   progress.go_on_from(take_over_.take_left_off());
   std::optional<InterruptRequest> stop;

@@ -14,8 +14,8 @@
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "events/payloads.hpp"
+#include "protocols/load_level.hpp"
 #include "protocols/question.hpp"
-#include "protocols/run/load_level.hpp"
 #include "protocols/watch/standstill.hpp"
 
 namespace lcrig {

@@ -143,6 +143,13 @@ Question AskStep::question(const std::string& step_id, const Environment& enviro
   return out;
 }
 
+bool AskStep::is_known(const Environment& environment) const {
+  const auto known = [&](const std::optional<Number>& n) {
+    return !n || n->name.empty() || environment.values().contains(n->name);
+  };
+  return known(min) && known(max) && known(default_number);
+}
+
 namespace {
 
 // Checks the values that the plan's references give to the range and to the default.
@@ -232,7 +239,8 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
 
 }  // namespace
 
-Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> AskStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   if (run.questions.take()) progress.answered = true;
   if (progress.kept_answer) {  // an answer to the run that this one continues
     run.event(*progress.kept_answer);

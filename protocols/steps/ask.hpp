@@ -5,12 +5,12 @@
 #include <string>
 
 #include "protocols/question.hpp"
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct AskStep {
+struct AskStep final : StepOf<AskStep>, StepQuestion {
   static constexpr std::string_view kWord = "ask";
   std::string text;
   AnswerType type = AnswerType::confirmation;
@@ -32,12 +32,14 @@ struct AskStep {
     void begin_again(RunParts& /*run*/) override { time.forget(); }
   };
   static AskStep parse(const StepReader& r);
-  StepFacts facts() const { return {FrameUse::none(), kNoReadings, kNoSettings, this, kNoLoop}; }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepFacts facts() const override {
+    return {FrameUse::none(), kNoReadings, kNoSettings, this, kNoLoop};
+  }
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 
-  // The question with the present values of its references.
-  Question question(const std::string& step_id, const Environment& environment) const;
+  Question question(const std::string& step_id, const Environment& environment) const override;
+  bool is_known(const Environment& environment) const override;
 };
 
 }  // namespace lcrig

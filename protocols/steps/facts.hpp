@@ -3,31 +3,17 @@
 // the choice of the aperture and the budget use these facts instead of the kind of step.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
-#include <variant>
-#include <vector>
 
-#include "base/result.hpp"
-#include "base/task.hpp"
+#include "base/enum_words.hpp"
 #include "protocols/target.hpp"
 
 namespace lcrig {
 
-// Classes that the functions of a step use.
-struct StepReader;  // file/step_reader.hpp
-class PlannedRig;  // plan/planned_rig.hpp
-struct StepPlan;
-struct RunParts;  // run/run_parts.hpp
-
-struct AskStep;
-struct MeasureStep;
-struct RepeatStep;
-struct SetLcrStep;
-struct SweepStep;
-struct Step;
-using Steps = std::vector<Step>;
+class Loop;  // steps/step.hpp
+struct LcrSettings;  // drivers/lcr_meter.hpp
+struct Question;  // protocols/question.hpp
 
 enum class HoldMode { force, travel };
 template <>
@@ -74,38 +60,49 @@ struct FrameUse {
         leaves(l) {}
 };
 
-// What a step with inner steps does with them. Each kind of loop answers each question.
-class Loop {
- public:
-  explicit Loop(const RepeatStep& step) : step_(&step) {}
-  explicit Loop(const SweepStep& step) : step_(&step) {}
-
-  const Steps& steps() const;
-  std::int64_t passes(const Environment& environment) const;
-  const Number* repeats() const;  // nullptr: it does more than repeat
-  const std::string* variable() const;  // that it sets; nullptr: none
-  std::vector<const Number*> ends() const;  // the values of the variable lie between these
-  void set_variable(std::int64_t pass, Environment& environment) const;  // `pass` counts from 1
-
- private:
-  std::variant<const RepeatStep*, const SweepStep*> step_;
+// The readings that a step takes.
+struct Readings {
+  Number count;  // fresh ones
+  Number within;  // s
 };
 
-inline constexpr const MeasureStep* kNoReadings = nullptr;
-inline constexpr const SetLcrStep* kNoSettings = nullptr;
-inline constexpr const AskStep* kNoQuestion = nullptr;
-inline constexpr std::nullopt_t kNoLoop = std::nullopt;
+// A step that changes the settings of the meter.
+class MeterChange {
+ public:
+  // The settings after this step.
+  virtual LcrSettings change(LcrSettings settings, const Environment& env) const = 0;
+
+ protected:
+  ~MeterChange() = default;
+};
+
+// A step that asks a person.
+class StepQuestion {
+ public:
+  // The question with the present values of its references.
+  virtual Question question(const std::string& step_id, const Environment& environment) const = 0;
+  // Whether `environment` has all of these values.
+  virtual bool is_known(const Environment& environment) const = 0;
+
+ protected:
+  ~StepQuestion() = default;
+};
+
+inline constexpr const Readings* kNoReadings = nullptr;
+inline constexpr const MeterChange* kNoSettings = nullptr;
+inline constexpr const StepQuestion* kNoQuestion = nullptr;
+inline constexpr const Loop* kNoLoop = nullptr;
 
 // No fact has a default, so a step that omits one does not compile.
 struct StepFacts : FrameUse {
-  StepFacts(const FrameUse& frame, const MeasureStep* readings, const SetLcrStep* settings,
-            const AskStep* question, std::optional<Loop> l)
+  StepFacts(const FrameUse& frame, const Readings* readings, const MeterChange* settings,
+            const StepQuestion* question, const Loop* l)
       : FrameUse(frame), measures(readings), sets_meter(settings), asks(question), loop(l) {}
 
-  const MeasureStep* measures;
-  const SetLcrStep* sets_meter;
-  const AskStep* asks;  // the question to a person
-  std::optional<Loop> loop;
+  const Readings* measures;
+  const MeterChange* sets_meter;
+  const StepQuestion* asks;
+  const Loop* loop;
 
   // True for a motion, a zero or a held force. Other steps only watch the frame.
   bool commands_frame() const { return moves || zeroes || leaves == HoldMode::force; }

@@ -91,9 +91,10 @@ StepPlan FindContactStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> FindContactStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> FindContactStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   ContactSearch contact(run, *this);
-  co_return co_await contact.find(progress);
+  co_return co_await contact.find(progress.start_travel_m);
 }
 
 }  // namespace lcrig

@@ -2,14 +2,14 @@
 // The step `find_contact`: moves towards the specimen until the force rises, and then backs off.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
 class Forecast;
 
-struct FindContactStep {
+struct FindContactStep final : StepOf<FindContactStep> {
   static constexpr std::string_view kWord = "find_contact";
   Number speed, force, back_off, timeout;  // m/s, N (rise above the force at rest), m, s
   std::optional<Number> within;  // m, longest way of the search; absent: up to the limits
@@ -23,12 +23,12 @@ struct FindContactStep {
     void begin_again(RunParts& /*run*/) override {}
   };
   static FindContactStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     return {FrameUse::motion(nullptr, &speed, HoldMode::travel), kNoReadings, kNoSettings,
             kNoQuestion, kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
   // The speed of the search: that of the file; with slow_down at most so fast that the stop needs
   // half of the room between threshold and limit.
   double search_speed_m_s(const Environment& env, const Forecast& forecast, double room_N,

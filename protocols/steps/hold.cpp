@@ -91,7 +91,8 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
 
 }  // namespace
 
-Task<Result<>> HoldStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> HoldStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   // A run that only watches sends no command; the step just waits.
   if (!progress.holds && run.setup.commands) {
     Result<> held;

@@ -2,12 +2,12 @@
 // The step `hold`: holds travel or force for a time.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct HoldStep {
+struct HoldStep final : StepOf<HoldStep> {
   static constexpr std::string_view kWord = "hold";
   HoldMode mode = HoldMode::travel;
   std::optional<Target> at;  // force or pressure to hold; absent: the present state
@@ -24,12 +24,12 @@ struct HoldStep {
     }
   };
   static HoldStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     return {FrameUse::hold(mode, at ? &*at : nullptr), kNoReadings, kNoSettings, kNoQuestion,
             kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

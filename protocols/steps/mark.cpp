@@ -8,14 +8,16 @@
 namespace lcrig {
 
 MarkStep MarkStep::parse(const StepReader& r) {
-  return {r.json.at("text").nonempty_string(1000)};
+  MarkStep out;
+  out.text = r.json.at("text").nonempty_string(1000);
+  return out;
 }
 
 StepPlan MarkStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }
 
-Task<Result<>> MarkStep::execute(RunParts& run, Progress& /*progress*/) const {
+Task<Result<>> MarkStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
   run.event(EventKind::mark, text);
   co_return Result<>();
 }

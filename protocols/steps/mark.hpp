@@ -2,22 +2,22 @@
 // The step `mark`: records a text of the file as an event.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct MarkStep {
+struct MarkStep final : StepOf<MarkStep> {
   static constexpr std::string_view kWord = "mark";
   std::string text;
 
   using Progress = RemembersNothing;
   static MarkStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

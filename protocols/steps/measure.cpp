@@ -12,8 +12,10 @@
 namespace lcrig {
 
 MeasureStep MeasureStep::parse(const StepReader& r) {
-  return {.count = r.count("count", 1, kCountMax),
-          .within = r.required("within", Dimension::time, kTimes)};
+  MeasureStep out;
+  out.count = r.count("count", 1, kCountMax);
+  out.within = r.required("within", Dimension::time, kTimes);
+  return out;
 }
 
 StepPlan MeasureStep::plan(PlannedRig& rig) const {
@@ -48,7 +50,8 @@ void MeasureStep::Progress::begin_again(RunParts& run) {
   readings = 0;
 }
 
-Task<Result<>> MeasureStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> MeasureStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   if (progress.level && run.sampler.is_spoiled(progress.level->begin)) progress.begin_again(run);
   const auto readings = static_cast<std::int64_t>(std::llround(run.get(count)));
   if (!progress.level) {

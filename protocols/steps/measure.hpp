@@ -2,17 +2,14 @@
 // The step `measure`: takes a number of fresh readings within a time. They form one level.
 #pragma once
 
-#include "protocols/run/load_level.hpp"
-#include "protocols/steps/facts.hpp"
+#include "protocols/load_level.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct MeasureStep {
+struct MeasureStep final : StepOf<MeasureStep>, Readings {
   static constexpr std::string_view kWord = "measure";
-  Number count;  // fresh readings
-  Number within;  // s
-
   struct Progress : StepProgress {
     std::optional<LoadLevel> level;
     std::int64_t readings = 0;
@@ -21,9 +18,11 @@ struct MeasureStep {
     void begin_again(RunParts& run) override;
   };
   static MeasureStep parse(const StepReader& r);
-  StepFacts facts() const { return {FrameUse::none(), this, kNoSettings, kNoQuestion, kNoLoop}; }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepFacts facts() const override {
+    return {FrameUse::none(), this, kNoSettings, kNoQuestion, kNoLoop};
+  }
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

@@ -80,7 +80,8 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   const TimeLimit limit(run.get(timeout), &progress.time);
   if (!is_force(until)) co_return co_await move_to_place(until, speed, limit, run);
   const double force_N = run.labels.force_of(until);

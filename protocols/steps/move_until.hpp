@@ -2,12 +2,12 @@
 // The step `move_until`: moves until a target is reached, towards the specimen or away from it.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct MoveUntilStep {
+struct MoveUntilStep final : StepOf<MoveUntilStep> {
   static constexpr std::string_view kWord = "move_until";
   Target until;
   Number speed;  // m/s
@@ -19,13 +19,13 @@ struct MoveUntilStep {
 
   using Progress = RemembersTime;
   static MoveUntilStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     return {is_force(until) ? FrameUse::cycle(until, speed, HoldMode::travel)
                             : FrameUse::motion(&until, &speed, HoldMode::travel),
             kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

@@ -42,7 +42,7 @@ StepPlan PlaceWeightStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> PlaceWeightStep::execute(RunParts& run, Progress& /*progress*/) const {
+Task<Result<>> PlaceWeightStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
   const double mass_kg = load.kind == TargetKind::mass
                              ? run.get(load.value)
                              : run.labels.force_of(load) / run.setup.gravity_m_s2;

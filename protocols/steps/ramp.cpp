@@ -144,7 +144,8 @@ StepPlan RampStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> RampStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> RampStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   const TimeLimit limit(run.get(timeout), &progress.time);
   if (!is_force(to)) {
     const bool clears = run.interrupts.finishing() && to.kind == TargetKind::gap;

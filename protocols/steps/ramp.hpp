@@ -2,12 +2,12 @@
 // The step `ramp`: moves to a target at a speed, or lets the frame's force loop follow a rate.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct RampStep {
+struct RampStep final : StepOf<RampStep> {
   static constexpr std::string_view kWord = "ramp";
   Target to;
   std::optional<Number> speed;  // m/s
@@ -23,13 +23,13 @@ struct RampStep {
     void begin_again(RunParts& /*run*/) override { time.forget(); }
   };
   static RampStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     const HoldMode leaves = speed ? HoldMode::travel : HoldMode::force;
     return {FrameUse::motion(&to, speed ? &*speed : nullptr, leaves), kNoReadings, kNoSettings,
             kNoQuestion, kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

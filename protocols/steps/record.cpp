@@ -32,7 +32,8 @@ StepPlan RecordStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> RecordStep::execute(RunParts& run, Progress& progress) const {
+Task<Result<>> RecordStep::execute(RunParts& run, StepProgress& remembered) const {
+  auto& progress = dynamic_cast<Progress&>(remembered);
   if (!until_confirmed) co_return co_await wait_out(run.get(*duration), run, progress.time);
   Clock& clock = run.setup.clock;
   const MonoTime deadline = progress.time.begin(clock.now(), from_seconds(run.get(timeout)));

@@ -2,12 +2,12 @@
 // The step `record`: only records, for a time or until a person confirms.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct RecordStep {
+struct RecordStep final : StepOf<RecordStep> {
   static constexpr std::string_view kWord = "record";
   std::optional<Number> duration;  // s
   bool until_confirmed = false;
@@ -15,11 +15,11 @@ struct RecordStep {
 
   using Progress = RemembersTime;
   static RecordStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

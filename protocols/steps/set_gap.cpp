@@ -10,7 +10,9 @@
 namespace lcrig {
 
 SetGapStep SetGapStep::parse(const StepReader& r) {
-  return {r.required("gap", Dimension::length, Range{0, 1})};
+  SetGapStep out;
+  out.gap = r.required("gap", Dimension::length, Range{0, 1});
+  return out;
 }
 
 StepPlan SetGapStep::plan(PlannedRig& rig) const {
@@ -21,7 +23,7 @@ StepPlan SetGapStep::plan(PlannedRig& rig) const {
 }
 
 // Places contact by a person's statement instead of a search.
-Task<Result<>> SetGapStep::execute(RunParts& run, Progress& /*progress*/) const {
+Task<Result<>> SetGapStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
   if (!run.view.travel_m()) {
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());
   }

@@ -3,22 +3,22 @@
 // needed.
 #pragma once
 
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct SetGapStep {
+struct SetGapStep final : StepOf<SetGapStep> {
   static constexpr std::string_view kWord = "set_gap";
   Number gap;  // m, at the present travel
 
   using Progress = RemembersNothing;
   static SetGapStep parse(const StepReader& r);
-  StepFacts facts() const {
+  StepFacts facts() const override {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
 };
 
 }  // namespace lcrig

@@ -49,7 +49,7 @@ StepPlan SetLcrStep::plan(PlannedRig& rig) const {
   const int sent = count(frequency, level, bias, bias_off, average, aperture, function);
   StepPlan out(to_seconds(meter.settling + meter.read_back) + kPace_s * (sent + 1));
   out.note = fmt::format("settles for {:.3g} s", to_seconds(meter.settling));
-  rig.set_meter(*this);
+  rig.set_meter(change(rig.meter(), rig.environment()));
   if (auto why = check_lcr(rig.meter(), meter)) {
     const double Hz = rig.meter().frequency.si();
     std::vector<Change> changes;
@@ -63,7 +63,7 @@ StepPlan SetLcrStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> SetLcrStep::execute(RunParts& run, Progress& /*progress*/) const {
+Task<Result<>> SetLcrStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
   LcrSettings s = change(run.sampler.settings(), run.values);
   auto set = co_await run.sampler.configure(std::move(s));
   if (!set) co_return set;

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "drivers/lcr_meter.hpp"
-#include "protocols/steps/facts.hpp"
 #include "protocols/steps/progress.hpp"
+#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
-struct SetLcrStep {
+struct SetLcrStep final : StepOf<SetLcrStep>, MeterChange {
   static constexpr std::string_view kWord = "set_lcr";
   std::optional<Number> frequency, level, bias, average;  // Hz, V, V, 1
   bool bias_off = false;
@@ -18,11 +18,12 @@ struct SetLcrStep {
 
   using Progress = RemembersNothing;
   static SetLcrStep parse(const StepReader& r);
-  StepFacts facts() const { return {FrameUse::none(), kNoReadings, this, kNoQuestion, kNoLoop}; }
-  StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, Progress& progress) const;
-  // The settings after this step.
-  LcrSettings change(LcrSettings settings, const Environment& env) const;
+  StepFacts facts() const override {
+    return {FrameUse::none(), kNoReadings, this, kNoQuestion, kNoLoop};
+  }
+  StepPlan plan(PlannedRig& rig) const override;
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override;
+  LcrSettings change(LcrSettings settings, const Environment& env) const override;
 };
 
 }  // namespace lcrig

@@ -10,8 +10,6 @@
 #include "base/key_words.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
-#include "protocols/plan/planned_rig.hpp"
-#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -103,15 +101,6 @@ void SweepStep::set_variable(std::int64_t pass, Environment& env) const {
   const double first = env.get(*from), end = env.get(*to), last = env.get(*count) - 1;
   const auto i = static_cast<double>(pass - 1);
   env.set(name, i >= last ? end : first + (end - first) * (i / last));  // `end` exactly at last
-}
-
-// The planner visits the inner steps itself, one by one.
-StepPlan SweepStep::plan(PlannedRig& /*rig*/) const {
-  return {};
-}
-
-Task<Result<>> SweepStep::execute(RunParts& /*run*/, Progress& /*progress*/) const {
-  co_return fail(Errc::bug, "a loop reached the run");
 }
 
 }  // namespace lcrig

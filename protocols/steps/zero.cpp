@@ -86,7 +86,7 @@ StepPlan ZeroStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
+Task<Result<>> ZeroStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
   auto rest = co_await run.view.watch_rest(FrameView::kRestTime);
   if (!rest) co_return fail(rest.error());
   if (max_offset && std::abs(rest->force_N()) > run.get(*max_offset)) {

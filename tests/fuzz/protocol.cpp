@@ -35,7 +35,7 @@ Rig some_rig(bool weights) {
 double visits(const Steps& steps, const Environment& environment) {
   double sum = 0;
   for (const Step& step : steps) {
-    const std::optional<Loop> loop = facts_of(step).loop;
+    const Loop* loop = facts_of(step).loop;
     if (!loop) {
       sum += 1;
       continue;
@@ -43,7 +43,7 @@ double visits(const Steps& steps, const Environment& environment) {
     const std::string* variable = loop->variable();
     Environment inner = environment;
     if (variable != nullptr) inner.set(*variable, 1);
-    sum += static_cast<double>(loop->passes(environment)) * visits(loop->steps(), inner);
+    sum += static_cast<double>(loop->passes(environment)) * visits(loop->steps, inner);
   }
   return sum;
 }

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <variant>
 
+#include "protocols/file/step_kinds.hpp"
 #include "tests/property/lie_judge.hpp"
 #include "tests/property/own_bounds.hpp"
 #include "tests/property/recipe.hpp"
@@ -25,10 +26,10 @@ namespace {
 // A new kind of step has to be in the random protocols, too.
 TEST(Recipes, ContainEachKindOfStep) {
   std::set<std::string_view> missing;
-  const auto each = [&]<class... Kind>(std::variant<Kind...>*) {
+  const auto each = [&]<class... Kind>(std::tuple<Kind...>*) {
     (missing.insert(Kind::kWord), ...);
   };
-  each(static_cast<Action*>(nullptr));
+  each(static_cast<StepKinds*>(nullptr));
   Dice dice(1);
   const auto number = [&] { return static_cast<int>(dice.below(1001)); };
   for (std::uint64_t seed = 1; seed <= 300 && !missing.empty(); ++seed) {

@@ -54,11 +54,11 @@ const std::string kRodSteps = R"(
 
 enum class Rig { frame, frame_bus, rod };  // frame_bus: with a triggered meter
 
-enum class Target { meter, frame, bench };
+enum class Victim { meter, frame, bench };
 
 struct Row {
   const char* name;
-  Target target;
+  Victim target;
   const char* what;  // members of the fault, except on, in_step and after_s
   bool survived = false;  // the run must succeed in every phase
   // For a lie: the phases in which it is noticed, at once or later. The run must not succeed then.
@@ -73,118 +73,118 @@ void PrintTo(const Row& row, std::ostream* out) {
 
 // Some faults begin 0.3 s into the step, because they have a meaning only in the middle of it.
 constexpr Row kRows[] = {
-    {"reply_late", Target::meter, R"("fault": "reply_late", "delay_s": 1.5)", true},
-    {"reply_lost", Target::meter, R"("fault": "reply_lost")", true},
-    {"reply_cut", Target::meter, R"("fault": "reply_cut")", true},
-    {"reply_doubled", Target::meter, R"("fault": "reply_doubled")", true},
-    {"reply_garbled", Target::meter, R"("fault": "reply_garbled")", true},
-    {"reply_echoed", Target::meter, R"("fault": "reply_echoed")", true},
-    {"replies_late_often", Target::meter, R"("fault": "reply_late", "delay_s": 1.5, "every": 3)"},
-    {"replies_lost_often", Target::meter, R"("fault": "reply_lost", "probability": 0.3)"},
-    {"replies_all_lost", Target::meter, R"("fault": "reply_lost", "probability": 1)"},
-    {"replies_all_garbled", Target::meter, R"("fault": "reply_garbled", "probability": 1)"},
-    {"unsolicited", Target::meter, R"("fault": "unsolicited")", true},
-    {"unsolicited_word", Target::meter, R"("fault": "unsolicited", "text": "LOW BATTERY")", true},
-    {"stuck", Target::meter, R"("fault": "stuck")"},
-    {"overload", Target::meter, R"("fault": "overload", "for_s": 1)", true},
-    {"slow", Target::meter, R"("fault": "slow", "factor": 8)"},
-    {"line_noise", Target::meter, R"("fault": "line_noise", "byte_probability": 0.01)"},
-    {"silent_1s", Target::meter, R"("fault": "silent", "for_s": 1)", true},
-    {"silent", Target::meter, R"("fault": "silent")"},
-    {"unplug_1s", Target::meter, R"("fault": "unplug", "for_s": 1)", true},
-    {"unplug_other_port", Target::meter, R"("fault": "unplug", "for_s": 1, "other_port": true)",
+    {"reply_late", Victim::meter, R"("fault": "reply_late", "delay_s": 1.5)", true},
+    {"reply_lost", Victim::meter, R"("fault": "reply_lost")", true},
+    {"reply_cut", Victim::meter, R"("fault": "reply_cut")", true},
+    {"reply_doubled", Victim::meter, R"("fault": "reply_doubled")", true},
+    {"reply_garbled", Victim::meter, R"("fault": "reply_garbled")", true},
+    {"reply_echoed", Victim::meter, R"("fault": "reply_echoed")", true},
+    {"replies_late_often", Victim::meter, R"("fault": "reply_late", "delay_s": 1.5, "every": 3)"},
+    {"replies_lost_often", Victim::meter, R"("fault": "reply_lost", "probability": 0.3)"},
+    {"replies_all_lost", Victim::meter, R"("fault": "reply_lost", "probability": 1)"},
+    {"replies_all_garbled", Victim::meter, R"("fault": "reply_garbled", "probability": 1)"},
+    {"unsolicited", Victim::meter, R"("fault": "unsolicited")", true},
+    {"unsolicited_word", Victim::meter, R"("fault": "unsolicited", "text": "LOW BATTERY")", true},
+    {"stuck", Victim::meter, R"("fault": "stuck")"},
+    {"overload", Victim::meter, R"("fault": "overload", "for_s": 1)", true},
+    {"slow", Victim::meter, R"("fault": "slow", "factor": 8)"},
+    {"line_noise", Victim::meter, R"("fault": "line_noise", "byte_probability": 0.01)"},
+    {"silent_1s", Victim::meter, R"("fault": "silent", "for_s": 1)", true},
+    {"silent", Victim::meter, R"("fault": "silent")"},
+    {"unplug_1s", Victim::meter, R"("fault": "unplug", "for_s": 1)", true},
+    {"unplug_other_port", Victim::meter, R"("fault": "unplug", "for_s": 1, "other_port": true)",
      true},
-    {"unplug", Target::meter, R"("fault": "unplug")"},
-    {"power_cycle", Target::meter, R"("fault": "power_cycle", "for_s": 1)", true},
-    {"power_cycle_set_lost", Target::meter,
+    {"unplug", Victim::meter, R"("fault": "unplug")"},
+    {"power_cycle", Victim::meter, R"("fault": "power_cycle", "for_s": 1)", true},
+    {"power_cycle_set_lost", Victim::meter,
      R"("fault": "power_cycle", "for_s": 1 }, { "fault": "set_lost", "on": "meter", "every": 4)"},
-    {"other_instrument", Target::meter,
+    {"other_instrument", Victim::meter,
      R"("fault": "other_instrument", "identity": "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.")"},
-    {"other_instrument_1s", Target::meter,
+    {"other_instrument_1s", Victim::meter,
      R"("fault": "other_instrument", "for_s": 1, "identity": "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.")",
      true},
 
-    {"line_late", Target::frame, R"("fault": "line_late", "delay_s": 0.7)"},
-    {"line_lost", Target::frame, R"("fault": "line_lost")"},
-    {"line_cut", Target::frame, R"("fault": "line_cut")"},
-    {"line_doubled", Target::frame, R"("fault": "line_doubled")", true},
-    {"line_garbled", Target::frame, R"("fault": "line_garbled")"},
-    {"lines_lost_often", Target::frame, R"("fault": "line_lost", "probability": 0.3)"},
-    {"lines_cut_often", Target::frame, R"("fault": "line_cut", "probability": 0.3)"},
-    {"line_noise", Target::frame, R"("fault": "line_noise", "byte_probability": 0.002)"},
-    {"samples_lost", Target::frame, R"("fault": "samples_lost", "samples": 7)", true},
-    {"clock_jump", Target::frame, R"("fault": "clock_jump", "jump_s": -30)", true},
-    {"force_spike", Target::frame, R"("fault": "force_spike", "force_N": 3)"},
-    {"force_spike_down", Target::frame, R"("fault": "force_spike", "force_N": -2)"},
-    {"stall", Target::frame, R"("fault": "stall")", false, "load unload finally"},
-    {"overshoot", Target::frame, R"("fault": "overshoot", "delay_s": 3)"},
-    {"refusal", Target::frame, R"("fault": "refusal")"},
-    {"completion_lost", Target::frame, R"("fault": "completion_lost")"},
-    {"heartbeat_lost", Target::frame, R"("fault": "heartbeat_lost", "for_s": 3)"},
-    {"gateway_restarted", Target::frame, R"("fault": "gateway_restarted")", true},
-    {"gateway_restarted_zero", Target::frame,
+    {"line_late", Victim::frame, R"("fault": "line_late", "delay_s": 0.7)"},
+    {"line_lost", Victim::frame, R"("fault": "line_lost")"},
+    {"line_cut", Victim::frame, R"("fault": "line_cut")"},
+    {"line_doubled", Victim::frame, R"("fault": "line_doubled")", true},
+    {"line_garbled", Victim::frame, R"("fault": "line_garbled")"},
+    {"lines_lost_often", Victim::frame, R"("fault": "line_lost", "probability": 0.3)"},
+    {"lines_cut_often", Victim::frame, R"("fault": "line_cut", "probability": 0.3)"},
+    {"line_noise", Victim::frame, R"("fault": "line_noise", "byte_probability": 0.002)"},
+    {"samples_lost", Victim::frame, R"("fault": "samples_lost", "samples": 7)", true},
+    {"clock_jump", Victim::frame, R"("fault": "clock_jump", "jump_s": -30)", true},
+    {"force_spike", Victim::frame, R"("fault": "force_spike", "force_N": 3)"},
+    {"force_spike_down", Victim::frame, R"("fault": "force_spike", "force_N": -2)"},
+    {"stall", Victim::frame, R"("fault": "stall")", false, "load unload finally"},
+    {"overshoot", Victim::frame, R"("fault": "overshoot", "delay_s": 3)"},
+    {"refusal", Victim::frame, R"("fault": "refusal")"},
+    {"completion_lost", Victim::frame, R"("fault": "completion_lost")"},
+    {"heartbeat_lost", Victim::frame, R"("fault": "heartbeat_lost", "for_s": 3)"},
+    {"gateway_restarted", Victim::frame, R"("fault": "gateway_restarted")", true},
+    {"gateway_restarted_zero", Victim::frame,
      R"("fault": "gateway_restarted", "forgets_zero": true)"},
-    {"silent_1s", Target::frame, R"("fault": "silent", "for_s": 1)"},
-    {"silent", Target::frame, R"("fault": "silent")"},
-    {"deaf_1s", Target::frame, R"("fault": "deaf", "for_s": 1)"},
-    {"deaf", Target::frame, R"("fault": "deaf")"},
-    {"unplug_1s", Target::frame, R"("fault": "unplug", "for_s": 1)", true},
-    {"unplug_other_port", Target::frame, R"("fault": "unplug", "for_s": 1, "other_port": true)",
+    {"silent_1s", Victim::frame, R"("fault": "silent", "for_s": 1)"},
+    {"silent", Victim::frame, R"("fault": "silent")"},
+    {"deaf_1s", Victim::frame, R"("fault": "deaf", "for_s": 1)"},
+    {"deaf", Victim::frame, R"("fault": "deaf")"},
+    {"unplug_1s", Victim::frame, R"("fault": "unplug", "for_s": 1)", true},
+    {"unplug_other_port", Victim::frame, R"("fault": "unplug", "for_s": 1, "other_port": true)",
      true},
-    {"unplug", Target::frame, R"("fault": "unplug")"},
-    {"power_cycle", Target::frame, R"("fault": "power_cycle", "for_s": 1)"},
+    {"unplug", Victim::frame, R"("fault": "unplug")"},
+    {"power_cycle", Victim::frame, R"("fault": "power_cycle", "for_s": 1)"},
 
-    {"force_frozen", Target::frame, R"("fault": "force_frozen")", false, kEverywhere, 1.0},
-    {"force_reversed", Target::frame, R"("fault": "force_reversed")", false,
+    {"force_frozen", Victim::frame, R"("fault": "force_frozen")", false, kEverywhere, 1.0},
+    {"force_reversed", Victim::frame, R"("fault": "force_reversed")", false,
      "approach load hold measure", 0.3},
-    {"force_drift", Target::frame, R"("fault": "force_drift", "rate_N_s": 0.002)", false, "", 2},
-    {"force_drift_down", Target::frame, R"("fault": "force_drift", "rate_N_s": -0.002)", false, "",
+    {"force_drift", Victim::frame, R"("fault": "force_drift", "rate_N_s": 0.002)", false, "", 2},
+    {"force_drift_down", Victim::frame, R"("fault": "force_drift", "rate_N_s": -0.002)", false, "",
      2},
-    {"force_scatter", Target::frame, R"("fault": "force_scatter", "factor": 20)", false, "", 0.3},
-    {"drive_reversed", Target::frame, R"("fault": "drive_reversed")", false, kEverywhere, 0.3,
+    {"force_scatter", Victim::frame, R"("fault": "force_scatter", "factor": 20)", false, "", 0.3},
+    {"drive_reversed", Victim::frame, R"("fault": "drive_reversed")", false, kEverywhere, 0.3,
      0.5e-3},
-    {"creep", Target::frame, R"("fault": "creep", "speed_um_s": 20)", false, "approach", 0.3},
-    {"creep_away", Target::frame, R"("fault": "creep", "speed_um_s": -20)", false, "approach", 0.3},
-    {"done_early", Target::frame, R"("fault": "done_early")", false, kEverywhere, 0.7},
-    {"done_unmoved", Target::frame, R"("fault": "done_unmoved")", false,
+    {"creep", Victim::frame, R"("fault": "creep", "speed_um_s": 20)", false, "approach", 0.3},
+    {"creep_away", Victim::frame, R"("fault": "creep", "speed_um_s": -20)", false, "approach", 0.3},
+    {"done_early", Victim::frame, R"("fault": "done_early")", false, kEverywhere, 0.7},
+    {"done_unmoved", Victim::frame, R"("fault": "done_unmoved")", false,
      "approach load hold measure unload", 0.7},
-    {"done_late_1s", Target::frame, R"("fault": "done_late", "delay_s": 1)"},
-    {"done_late", Target::frame, R"("fault": "done_late", "delay_s": 5)", false, kEverywhere},
-    {"order_late_1s", Target::frame, R"("fault": "order_late", "delay_s": 1)", false, "", 0.3},
-    {"order_late", Target::frame, R"("fault": "order_late", "delay_s": 5)", false,
+    {"done_late_1s", Victim::frame, R"("fault": "done_late", "delay_s": 1)"},
+    {"done_late", Victim::frame, R"("fault": "done_late", "delay_s": 5)", false, kEverywhere},
+    {"order_late_1s", Victim::frame, R"("fault": "order_late", "delay_s": 1)", false, "", 0.3},
+    {"order_late", Victim::frame, R"("fault": "order_late", "delay_s": 5)", false,
      "approach load hold measure", 0.3},
-    {"clock_frozen", Target::frame, R"("fault": "clock_frozen")", true},
-    {"clock_rate", Target::frame, R"("fault": "clock_rate", "factor": 2)", true},
-    {"tare_lost", Target::frame, R"("fault": "tare_lost")", false, "", 0.3},
-    {"tare_lost_told", Target::frame, R"("fault": "tare_lost", "origin_changes": true)", false,
+    {"clock_frozen", Victim::frame, R"("fault": "clock_frozen")", true},
+    {"clock_rate", Victim::frame, R"("fault": "clock_rate", "factor": 2)", true},
+    {"tare_lost", Victim::frame, R"("fault": "tare_lost")", false, "", 0.3},
+    {"tare_lost_told", Victim::frame, R"("fault": "tare_lost", "origin_changes": true)", false,
      kEverywhere, 0.3},
-    {"estop", Target::frame, R"("fault": "estop")", false, kEverywhere},
-    {"estop_1s", Target::frame, R"("fault": "estop", "for_s": 1)", false, kEverywhere},
-    {"stop_late_500ms", Target::frame, R"("fault": "stop_late", "delay_s": 0.5)", true},
-    {"stop_late", Target::frame, R"("fault": "stop_late", "delay_s": 5)"},
-    {"stop_unconfirmed", Target::frame, R"("fault": "stop_unconfirmed")", false, kEverywhere},
-    {"stop_ignored", Target::frame, R"("fault": "stop_ignored")", false, kEverywhere},
-    {"stop_pretended", Target::frame, R"("fault": "stop_pretended")"},
-    {"stop_silences", Target::frame, R"("fault": "stop_silences")", false, kEverywhere},
-    {"caps_changed", Target::frame, R"("fault": "caps_changed")", false, kEverywhere},
+    {"estop", Victim::frame, R"("fault": "estop")", false, kEverywhere},
+    {"estop_1s", Victim::frame, R"("fault": "estop", "for_s": 1)", false, kEverywhere},
+    {"stop_late_500ms", Victim::frame, R"("fault": "stop_late", "delay_s": 0.5)", true},
+    {"stop_late", Victim::frame, R"("fault": "stop_late", "delay_s": 5)"},
+    {"stop_unconfirmed", Victim::frame, R"("fault": "stop_unconfirmed")", false, kEverywhere},
+    {"stop_ignored", Victim::frame, R"("fault": "stop_ignored")", false, kEverywhere},
+    {"stop_pretended", Victim::frame, R"("fault": "stop_pretended")"},
+    {"stop_silences", Victim::frame, R"("fault": "stop_silences")", false, kEverywhere},
+    {"caps_changed", Victim::frame, R"("fault": "caps_changed")", false, kEverywhere},
 
-    {"operator_absent", Target::bench, R"("fault": "operator_absent", "for_s": 8)", true},
-    {"operator_never", Target::bench, R"("fault": "operator_absent", "for_s": 3600)"},
-    {"disk_full", Target::bench, R"("fault": "disk_full")"},
-    {"disk_full_1s", Target::bench, R"("fault": "disk_full", "for_s": 1)"},
-    {"disk_read_only", Target::bench, R"("fault": "disk_read_only")"},
-    {"disk_read_only_1s", Target::bench, R"("fault": "disk_read_only", "for_s": 1)"},
-    {"disk_slow", Target::bench, R"("fault": "disk_slow", "delay_s": 0.002)", true},
-    {"wall_clock_step", Target::bench, R"("fault": "wall_clock_step", "step_s": -3600)", true},
-    {"memory_short", Target::bench, R"("fault": "memory_short")"},
-    {"memory_short_1s", Target::bench, R"("fault": "memory_short", "for_s": 1)"},
+    {"operator_absent", Victim::bench, R"("fault": "operator_absent", "for_s": 8)", true},
+    {"operator_never", Victim::bench, R"("fault": "operator_absent", "for_s": 3600)"},
+    {"disk_full", Victim::bench, R"("fault": "disk_full")"},
+    {"disk_full_1s", Victim::bench, R"("fault": "disk_full", "for_s": 1)"},
+    {"disk_read_only", Victim::bench, R"("fault": "disk_read_only")"},
+    {"disk_read_only_1s", Victim::bench, R"("fault": "disk_read_only", "for_s": 1)"},
+    {"disk_slow", Victim::bench, R"("fault": "disk_slow", "delay_s": 0.002)", true},
+    {"wall_clock_step", Victim::bench, R"("fault": "wall_clock_step", "step_s": -3600)", true},
+    {"memory_short", Victim::bench, R"("fault": "memory_short")"},
+    {"memory_short_1s", Victim::bench, R"("fault": "memory_short", "for_s": 1)"},
 };
 
-const char* to_string(Target t) {
+const char* to_string(Victim t) {
   switch (t) {
-    case Target::meter: return "meter";
-    case Target::frame: return "frame";
-    case Target::bench: return "bench";
+    case Victim::meter: return "meter";
+    case Victim::frame: return "frame";
+    case Victim::bench: return "bench";
   }
   return "?";
 }
@@ -219,8 +219,8 @@ std::vector<Cell> cells_of(const Row& row) {
   const std::vector<const char*> rod{"load", "measure", "hold", "finally"};
   std::vector<Cell> out;
   for (const Rig rig : {Rig::frame, Rig::frame_bus, Rig::rod}) {
-    if (rig == Rig::frame_bus && row.target != Target::meter) continue;
-    if (rig == Rig::rod && row.target == Target::frame) continue;
+    if (rig == Rig::frame_bus && row.target != Victim::meter) continue;
+    if (rig == Rig::rod && row.target == Victim::frame) continue;
     for (const char* phase : rig == Rig::rod ? rod : rig == Rig::frame ? frame : triggered) {
       if (has_occasion(row, phase, rig)) out.push_back({&row, phase, rig});
     }
@@ -241,11 +241,11 @@ std::string script_of(const Cell& c) {
 }
 
 // Words of which the true reason for the end of a run contains at least one.
-std::vector<std::string_view> culprits(Target t) {
+std::vector<std::string_view> culprits(Victim t) {
   switch (t) {
-    case Target::meter: return {"lcr", "meter", "readings"};
-    case Target::frame: return {"frame", "gateway", "force", "motion", "travel", "cell", "E-stop"};
-    case Target::bench: return {"t.db", "a person", "`finally` did not end"};
+    case Victim::meter: return {"lcr", "meter", "readings"};
+    case Victim::frame: return {"frame", "gateway", "force", "motion", "travel", "cell", "E-stop"};
+    case Victim::bench: return {"t.db", "a person", "`finally` did not end"};
   }
   return {};
 }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "protocols/file/parse.hpp"
+#include "protocols/file/step_kinds.hpp"
 #include "storage/chain.hpp"
 #include "tests/support/session_world.hpp"
 
@@ -88,8 +89,7 @@ struct StepStop {
 void walk_steps(const Steps& steps, const std::function<void(const Step&)>& what) {
   for (const Step& step : steps) {
     what(step);
-    const auto loop = facts_of(step).loop;
-    if (loop) walk_steps(loop->steps(), what);
+    if (const Loop* loop = facts_of(step).loop) walk_steps(loop->steps, what);
   }
 }
 
@@ -119,10 +119,10 @@ TEST(Stops, ComeInEachKindOfStep) {
     const Protocol protocol = parse_protocol(text, "stops").value();
     walk_steps(protocol.steps, [&](const Step& step) { kinds.insert(kind_of(step)); });
   }
-  const auto look_for = [&]<class... Kind>(std::variant<Kind...>*) {
+  const auto look_for = [&]<class... Kind>(std::tuple<Kind...>*) {
     for (const std::string_view word : {Kind::kWord...}) EXPECT_TRUE(kinds.contains(word)) << word;
   };
-  look_for(static_cast<Action*>(nullptr));
+  look_for(static_cast<StepKinds*>(nullptr));
 }
 
 std::int64_t steps_ended(const SessionWorld& world, const char* step, const char* how) {

@@ -68,8 +68,8 @@ TEST(PlannedRunOf, StepsInsideOfLoopsGetTheTimeThatTheirReadingsTake) {
                                      Frequency::from_si(1000));
   EXPECT_EQ(slow.note, "within_s of step m must be 3.9");  // 10 of 380 ms, and 2 %
   EXPECT_FALSE(slow.by_parameters);
-  const Steps& inside = facts_of(slow.protocol.steps[0]).loop->steps();
-  const MeasureStep* measure = facts_of(facts_of(inside[0]).loop->steps()[0]).measures;
+  const Steps& inside = facts_of(slow.protocol.steps[0]).loop->steps;
+  const Readings* measure = facts_of(facts_of(inside[0]).loop->steps[0]).measures;
   EXPECT_DOUBLE_EQ(measure->within.value, 3.9);
 }
 

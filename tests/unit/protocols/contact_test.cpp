@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "protocols/run/contact_search.hpp"
+#include "protocols/steps/find_contact.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
@@ -26,7 +27,7 @@ class Contact : public RunFixture {
   }
   Result<> search() {
     ContactSearch search(parts(), find);
-    return run(search.find(progress));
+    return run(search.find(progress.start_travel_m));
   }
   static double specimen(double travel_m) {
     return kStiffness_N_m * std::max(0.0, travel_m - kContact_m);

@@ -3,21 +3,25 @@
 
 #include <gtest/gtest.h>
 
+#include "protocols/steps/mark.hpp"
+#include "protocols/steps/repeat.hpp"
+#include "protocols/steps/sweep.hpp"
+
 namespace lcrig {
 namespace {
 
 Step leaf(const std::string& id) {
   Step s;
   s.id = id;
-  s.action = MarkStep{id};
+  s.action = std::make_shared<MarkStep>();
   return s;
 }
-Step repeat(double count, Steps steps) {
+Step repeat(Number count, Steps steps) {
   Step s;
   RepeatStep r;
-  r.count = Number(count);
+  r.count = std::move(count);
   r.steps = std::move(steps);
-  s.action = std::move(r);
+  s.action = std::make_shared<RepeatStep>(std::move(r));
   return s;
 }
 Step sweep(const std::string& name, std::vector<double> values, Steps steps) {
@@ -26,7 +30,7 @@ Step sweep(const std::string& name, std::vector<double> values, Steps steps) {
   w.name = name;
   for (const double v : values) w.values.emplace_back(v);
   w.steps = std::move(steps);
-  s.action = std::move(w);
+  s.action = std::make_shared<SweepStep>(std::move(w));
   return s;
 }
 Steps list(std::initializer_list<Step> steps) {
@@ -35,7 +39,7 @@ Steps list(std::initializer_list<Step> steps) {
 
 TEST(StepCursor, YieldsLeavesInOrderOfExecution) {
   Environment env;
-  const Steps steps = list({leaf("a"), repeat(2, list({leaf("b"), leaf("c")})), leaf("d")});
+  const Steps steps = list({leaf("a"), repeat(Number(2), list({leaf("b"), leaf("c")})), leaf("d")});
   StepCursor cursor(steps, env);
   std::string seen;
   while (const Step* s = cursor.next()) seen += s->id + std::to_string(cursor.repeat()) + " ";
@@ -45,8 +49,8 @@ TEST(StepCursor, YieldsLeavesInOrderOfExecution) {
 
 TEST(StepCursor, TheOutermostRepeatIsReported) {
   Environment env;
-  const Steps steps =
-      list({sweep("x", {1, 2}, list({repeat(3, list({repeat(2, list({leaf("a")}))}))}))});
+  const Steps steps = list({sweep(
+      "x", {1, 2}, list({repeat(Number(3), list({repeat(Number(2), list({leaf("a")}))}))}))});
   StepCursor cursor(steps, env);
   std::string seen;
   while (cursor.next()) seen += std::to_string(cursor.repeat());
@@ -84,9 +88,9 @@ TEST(StepCursor, ALinearSweepEndsExactlyAtItsEnd) {
 
 TEST(StepCursor, AnInnerCountMayFollowAnOuterVariable) {
   Environment env;
-  Step inner = repeat(0, list({leaf("a")}));
-  std::get<RepeatStep>(inner.action).count.name = "n";
-  const Steps steps = list({sweep("n", {1, 3}, list({inner}))});
+  Number n;
+  n.name = "n";
+  const Steps steps = list({sweep("n", {1, 3}, list({repeat(n, list({leaf("a")}))}))});
   StepCursor cursor(steps, env);
   int seen = 0;
   while (cursor.next()) ++seen;
@@ -95,7 +99,7 @@ TEST(StepCursor, AnInnerCountMayFollowAnOuterVariable) {
 
 TEST(StepCursor, AHundredThousandCyclesNeedNoList) {
   Environment env;
-  const Steps steps = list({repeat(100'000, list({leaf("a"), leaf("b")}))});
+  const Steps steps = list({repeat(Number(100'000), list({leaf("a"), leaf("b")}))});
   StepCursor cursor(steps, env);
   std::int64_t seen = 0;
   while (cursor.next()) ++seen;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "protocols/file/step_kinds.hpp"
 #include "protocols/run/take_over.hpp"
 #include "tests/support/run_fixture.hpp"
 
@@ -126,13 +127,9 @@ class HoldingRun final : public RunFixture {
 
  private:
   Task<Result<>> execute(const Step& step) {
-    const auto progress = new_progress(step);
+    const auto progress = step.action->new_progress();
     parts().labels.aim(facts_of(step));
-    auto task = std::visit(
-        [&]<class S>(const S& s) {
-          return s.execute(parts(), static_cast<typename S::Progress&>(*progress));
-        },
-        step.action);
+    auto task = step.action->execute(parts(), *progress);
     co_return co_await std::move(task);
   }
 };
@@ -148,10 +145,10 @@ void expect_that_facts_are_true() {
 }
 
 TEST(HeldForce, IsAfterEachKindOfStepWhatItsFactsSay) {
-  const auto each = []<class... Kind>(std::variant<Kind...>*) {
+  const auto each = []<class... Kind>(std::tuple<Kind...>*) {
     (expect_that_facts_are_true<Kind>(), ...);
   };
-  each(static_cast<Action*>(nullptr));
+  each(static_cast<StepKinds*>(nullptr));
 }
 
 TEST(HeldForce, EndsWithAMotionAndOutlastsAReading) {

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocols/steps/find_contact.hpp"
+#include "protocols/steps/measure.hpp"
+
 namespace lcrig {
 namespace {
 

@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include "protocols/steps/ask.hpp"
+#include "protocols/steps/find_contact.hpp"
+#include "protocols/steps/measure.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {

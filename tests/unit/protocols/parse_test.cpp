@@ -4,6 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "protocols/steps/find_contact.hpp"
+#include "protocols/steps/move_until.hpp"
+#include "protocols/steps/ramp.hpp"
+#include "protocols/steps/set_lcr.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -18,18 +23,18 @@ Protocol shipped(const std::string& name) {
 TEST(ParseProtocol, ValuesAreSi) {
   const auto p = load_protocol("tests/corpus/protocol/accept/all_steps.json");
   ASSERT_TRUE(p) << p.error().what;
-  const auto& contact = std::get<FindContactStep>(p->steps.at(1).action);
+  const auto& contact = dynamic_cast<const FindContactStep&>(*p->steps.at(1).action);
   EXPECT_DOUBLE_EQ(contact.speed.value, 50e-6);
   EXPECT_DOUBLE_EQ(contact.force.value, 0.02);
   EXPECT_DOUBLE_EQ(contact.back_off.value, 0.5e-3);
   EXPECT_DOUBLE_EQ(contact.timeout.value, 300);
-  const auto& ramp = std::get<RampStep>(p->steps.at(2).action);
+  const auto& ramp = dynamic_cast<const RampStep&>(*p->steps.at(2).action);
   EXPECT_DOUBLE_EQ(ramp.speed->value, 50e-6);
   EXPECT_EQ(ramp.to.kind, TargetKind::gap);
-  const auto& until = std::get<MoveUntilStep>(p->steps.at(4).action);
+  const auto& until = dynamic_cast<const MoveUntilStep&>(*p->steps.at(4).action);
   EXPECT_EQ(until.until.value.name, "force_N");
   EXPECT_EQ(until.final_from->name, "share");
-  const auto& set = std::get<SetLcrStep>(p->steps.at(10).action);
+  const auto& set = dynamic_cast<const SetLcrStep&>(*p->steps.at(10).action);
   EXPECT_DOUBLE_EQ(set.frequency->value, 20e3);
   EXPECT_TRUE(set.bias_off);
   EXPECT_EQ(p->steps.at(4).pointer, "/steps/4");

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/steps/hold.hpp"
 #include "tests/unit/protocols/planned.hpp"
 
 namespace lcrig {
@@ -192,7 +193,9 @@ TEST(Plan, AStepThatMovesThoughItsFactsDenyItIsABug) {
                      "t.json")
           .value();
   ASSERT_TRUE(plan_of(protocol, frame_rig()));
-  std::get<HoldStep>(protocol.steps.front().action).mode = HoldMode::travel;
+  auto hold = protocol.steps.front().action->copy();
+  dynamic_cast<HoldStep&>(*hold).mode = HoldMode::travel;
+  protocol.steps.front().action = hold;
   const auto plan = plan_of(protocol, frame_rig());
   ASSERT_FALSE(plan);
   EXPECT_THAT(plan.error().what, HasSubstr("/steps/0 (h): a bug: its plan moves the frame"));

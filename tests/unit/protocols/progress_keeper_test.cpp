@@ -6,6 +6,8 @@
 #include <type_traits>
 
 #include "base/either.hpp"
+#include "protocols/steps/ask.hpp"
+#include "protocols/steps/place_weight.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {

@@ -3,6 +3,13 @@
 #include <gmock/gmock.h>
 
 #include "base/either.hpp"
+#include "protocols/steps/ask.hpp"
+#include "protocols/steps/find_contact.hpp"
+#include "protocols/steps/hold.hpp"
+#include "protocols/steps/measure.hpp"
+#include "protocols/steps/move_until.hpp"
+#include "protocols/steps/ramp.hpp"
+#include "protocols/steps/record.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {

@@ -8,9 +8,11 @@
 #include <iterator>
 #include <string>
 #include <type_traits>
-#include <variant>
 
+#include "base/clock.hpp"
 #include "protocols/expand.hpp"
+#include "protocols/file/step_kinds.hpp"
+#include "protocols/plan/planned_rig.hpp"
 #include "protocols/protocol.hpp"
 #include "tests/support/corpus.hpp"
 
@@ -31,7 +33,6 @@ static_assert(!std::is_constructible_v<StepFacts, FrameUse>);
 // A motion that loads a cycle has a force and a speed.
 static_assert(std::is_invocable_v<decltype(FrameUse::cycle), Target&, Number&, HoldMode>);
 static_assert(!std::is_invocable_v<decltype(FrameUse::cycle), Target*, Number*, HoldMode>);
-static_assert(!std::is_default_constructible_v<Loop>);
 
 // A kind of step that remembers something has to say what happens to it. One that forgets a
 // function is abstract, so it does not compile.
@@ -52,15 +53,51 @@ static_assert(std::is_abstract_v<ForgetsInterrupts>);
 static_assert(std::is_abstract_v<ForgetsToBeginAgain>);
 static_assert(std::is_final_v<RemembersNothing> && std::is_final_v<RemembersTime>);
 
+// The same holds for a kind that forgets one of its functions.
+struct Whole : StepOf<Whole> {
+  static constexpr std::string_view kWord = "whole";
+  using Progress = RemembersNothing;
+  StepFacts facts() const override {
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
+  StepPlan plan(PlannedRig& /*rig*/) const override { return {}; }
+  Task<Result<>> execute(RunParts& /*run*/, StepProgress& /*remembered*/) const override {
+    co_return Result<>();
+  }
+};
+struct ForgetsFacts : StepOf<ForgetsFacts> {
+  StepPlan plan(PlannedRig& rig) const override { return Whole().plan(rig); }
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override {
+    return Whole().execute(run, remembered);
+  }
+};
+struct ForgetsToPlan : StepOf<ForgetsToPlan> {
+  StepFacts facts() const override { return Whole().facts(); }
+  Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override {
+    return Whole().execute(run, remembered);
+  }
+};
+struct ForgetsToExecute : StepOf<ForgetsToExecute> {
+  StepFacts facts() const override { return Whole().facts(); }
+  StepPlan plan(PlannedRig& rig) const override { return Whole().plan(rig); }
+};
+static_assert(!std::is_abstract_v<Whole>);
+static_assert(std::is_abstract_v<ForgetsFacts>);
+static_assert(std::is_abstract_v<ForgetsToPlan>);
+static_assert(std::is_abstract_v<ForgetsToExecute>);
+// One that has neither a word nor a `Progress` is refused by StepOf, and one that cannot be parsed
+// by the parser's table.
+static_assert(std::is_abstract_v<StepOf<Whole>> && std::is_abstract_v<Loop>);
+
 template <class Kind>
 concept HasATime = requires(const Kind& step) { step.timeout; } || requires(const Kind& step) {
   step.duration;
 } || requires(const Kind& step) { step.within; };
 template <class... Kind>
-constexpr bool those_with_a_time_remember(std::variant<Kind...>* /*all*/) {
+constexpr bool those_with_a_time_remember(std::tuple<Kind...>* /*all*/) {
   return ((!HasATime<Kind> || !std::is_same_v<typename Kind::Progress, RemembersNothing>) && ...);
 }
-static_assert(those_with_a_time_remember(static_cast<Action*>(nullptr)));
+static_assert(those_with_a_time_remember(static_cast<StepKinds*>(nullptr)));
 
 TEST(Steps, ALoopRunsAsOftenAsItCountsOrHasValues) {
   Environment environment;
@@ -82,9 +119,9 @@ TEST(Steps, ALoopRunsAsOftenAsItCountsOrHasValues) {
 
 TEST(Steps, KindsAreTheWordsOfTheFile) {
   Step step;
-  step.action = FindContactStep();
+  step.action = std::make_shared<FindContactStep>();
   EXPECT_EQ(kind_of(step), "find_contact");
-  step.action = SetGapStep();
+  step.action = std::make_shared<SetGapStep>();
   EXPECT_EQ(kind_of(step), "set_gap");
 }
 
@@ -171,14 +208,14 @@ TEST(Steps, EveryKindIsInTheSchemaTheCorpusAndOnThePageOfTheProtocolFile) {
   const std::string page = text_of("docs/protocol-file.md");
   std::string accepted;
   for (const auto& file : corpus::files("tests/corpus/protocol/accept")) accepted += text_of(file);
-  const auto look_for = [&]<class... Kind>(std::variant<Kind...>*) {
+  const auto look_for = [&]<class... Kind>(std::tuple<Kind...>*) {
     for (const std::string_view word : {Kind::kWord...}) {
       EXPECT_NE(schema.find(fmt::format("\"const\": \"{}\"", word)), schema.npos) << word;
       EXPECT_NE(accepted.find(fmt::format("\"do\": \"{}\"", word)), accepted.npos) << word;
       EXPECT_NE(page.find(fmt::format("\n| `{}` |", word)), page.npos) << word;
     }
   };
-  look_for(static_cast<Action*>(nullptr));
+  look_for(static_cast<StepKinds*>(nullptr));
 }
 
 }  // namespace
