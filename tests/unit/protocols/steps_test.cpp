@@ -53,7 +53,8 @@ static_assert(std::is_abstract_v<ForgetsInterrupts>);
 static_assert(std::is_abstract_v<ForgetsToBeginAgain>);
 static_assert(std::is_final_v<RemembersNothing> && std::is_final_v<RemembersTime>);
 
-// The same holds for a kind that forgets one of its functions.
+// The same holds for a kind that forgets one of its functions. The base is that of a whole kind:
+// clang also compiles the functions of `StepOf` for a class whose being abstract is asked.
 struct Whole : StepOf<Whole> {
   static constexpr std::string_view kWord = "whole";
   using Progress = RemembersNothing;
@@ -65,19 +66,19 @@ struct Whole : StepOf<Whole> {
     co_return Result<>();
   }
 };
-struct ForgetsFacts : StepOf<ForgetsFacts> {
+struct ForgetsFacts : StepOf<Whole> {
   StepPlan plan(PlannedRig& rig) const override { return Whole().plan(rig); }
   Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override {
     return Whole().execute(run, remembered);
   }
 };
-struct ForgetsToPlan : StepOf<ForgetsToPlan> {
+struct ForgetsToPlan : StepOf<Whole> {
   StepFacts facts() const override { return Whole().facts(); }
   Task<Result<>> execute(RunParts& run, StepProgress& remembered) const override {
     return Whole().execute(run, remembered);
   }
 };
-struct ForgetsToExecute : StepOf<ForgetsToExecute> {
+struct ForgetsToExecute : StepOf<Whole> {
   StepFacts facts() const override { return Whole().facts(); }
   StepPlan plan(PlannedRig& rig) const override { return Whole().plan(rig); }
 };
