@@ -18,7 +18,7 @@ CAPS_NUMBERS = ("force_max_N", "speed_min_mm_s", "speed_max_mm_s", "travel_min_m
 LOOP_NUMBERS = ("force_approach_mm_s", "force_contact_N", "force_rate_max_N_s", "force_lag_s",
                 "force_ripple_N", "force_stiffness_max_N_mm")
 # Revision 3, by the flag of CAPS with which they are required.
-STATED_NUMBERS = {"force": ("force_class", "force_step_mN", "filter_s"), "travel": ("travel_step_um",),
+STATED_NUMBERS = {"force": ("force_step_mN", "filter_s"), "travel": ("travel_step_um",),
                   "motion": ("play_um",)}
 NOT_NEGATIVE = ("force_lag_s", "force_ripple_N", "travel_step_um", "force_step_mN", "filter_s", "play_um")
 FORCE_CLASSES = (0.5, 1.0, 2.0, 3.0)

@@ -35,6 +35,8 @@ def _check_caps(line: Line, bench: Bench) -> None:
             numbers += LOOP_NUMBERS
         if bench.revision >= 3:
             numbers += [key for flag, keys in STATED_NUMBERS.items() if line.flag(flag) for key in keys]
+        if "force_class" in line.fields:
+            numbers += ["force_class"]
         found = {key: line.real(key) for key in numbers}
     except (Missing, Malformed) as error:
         raise Failed(str(error)) from None
