@@ -95,7 +95,7 @@ class Reader {
   Result<> take(const ReplayedEvent& e) {
     const bool from_sample = std::exchange(from_sample_, false);
     if (e.kind == EventKind::watch_setup) return begin(e);
-    if (e.kind == EventKind::told && watch_) return tell(e);
+    if (e.kind == EventKind::watch_input && watch_) return apply(e);
     if (!limits_end_ && ends_limits(e.kind.kind())) limits_end_ = e;
     // A search that disbelieves writes a contradiction, too; it follows from no single sample.
     const bool found = e.kind == EventKind::limit || e.kind == EventKind::overshoot_exceeded ||
@@ -110,17 +110,17 @@ class Reader {
     return keep(WatchReplay::begin(*setup, frame_), watch_);
   }
 
-  Result<> tell(const ReplayedEvent& e) {
-    auto told = from_json<ToldEvent>(e.detail);
-    if (!told) return fail(told.error());
-    ++out_.told;
-    if (auto r = advance(told->samples); !r) return r;
+  Result<> apply(const ReplayedEvent& e) {
+    auto input = from_json<WatchInputEvent>(e.detail);
+    if (!input) return fail(input.error());
+    ++out_.inputs;
+    if (auto r = advance(input->samples); !r) return r;
     std::optional<Rest> look;
-    if (told->from_sample) {
-      if (auto r = keep(look_again(*told), look); !r) return r;
+    if (input->from_sample) {
+      if (auto r = keep(look_again(*input), look); !r) return r;
     }
-    watch_->tell(*told, look ? &*look : nullptr, e.at);
-    from_sample_ = told->judging.value_or(false);
+    watch_->apply(*input, look ? &*look : nullptr, e.at);
+    from_sample_ = input->judging.value_or(false);
     return {};
   }
 
@@ -132,18 +132,18 @@ class Reader {
         to);
   }
 
-  Result<std::optional<Rest>> look_again(const ToldEvent& told) const {
-    Rest rest(*told.from_sample);
+  Result<std::optional<Rest>> look_again(const WatchInputEvent& input) const {
+    Rest rest(*input.from_sample);
     const auto add = [&rest](const Statement& row) {
       const FrameSample sample = sample_of(row);
       rest.add(std::span(&sample, 1));
     };
-    const std::int64_t to = told.to_sample.value_or(*told.from_sample);
-    if (auto r = db_.each(kSamples, add, out_.run, *told.from_sample, to); !r) {
+    const std::int64_t to = input.to_sample.value_or(*input.from_sample);
+    if (auto r = db_.each(kSamples, add, out_.run, *input.from_sample, to); !r) {
       return fail(r.error());
     }
-    if (told.drift_N_s) rest.know_drift({*told.drift_N_s, told.drift_error_N_s.value_or(0)});
-    if (told.shift_N) rest.shift(*told.shift_N);
+    if (input.drift_N_s) rest.know_drift({*input.drift_N_s, input.drift_error_N_s.value_or(0)});
+    if (input.shift_N) rest.shift(*input.shift_N);
     return std::optional(std::move(rest));
   }
 

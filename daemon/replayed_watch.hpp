@@ -12,7 +12,7 @@
 namespace lcrig {
 
 struct ReplayedWatch {
-  std::int64_t run = 0, samples = 0, told = 0;
+  std::int64_t run = 0, samples = 0, inputs = 0;
   // Why only the limits of the force were judged, and up to where; empty: everything was judged.
   std::string only;
   std::vector<WatchFinding> recorded;  // what the watch of the run found in its samples

@@ -16,16 +16,16 @@ namespace lcrig {
 // All kinds. Their names are the stored words, which are a format: never rename one. `other` is a
 // word that the frame chose, or one that this version does not know.
 #define LCRIG_EVENT_KINDS                                                                          \
-  step_begin, step_end, state, continues, mark, plan, watch, watch_setup, told, rest, drift, zero, \
-      contact, no_contact, stiffness, gap_stated, motion, overshoot, overshoot_exceeded, settings, \
-      read_back, unproven, level_abandoned, repeat, skipped, prompt, confirm, answer, request,     \
-      pause, resume, abort, stop_after, pause_at, freeze, limit, fault, loss, reconnected,         \
-      refused, contradiction, hands_off, stopped, stop_failed, loaded, retry, repeated, late,      \
-      late_answer, late_samples, gap, garbled, repeated_samples, clock_step, device_clock_frozen,  \
-      device_clock_rate, device_clock_jump, device_travel_step, device_force_step, device_origin,  \
-      device_watchdog, device_estop, device_drive_off, device_drive_fault, device_shield,          \
-      device_extrapolated, motion_fault, lag, database_locked, database_moved, extrapolated,       \
-      injected, other
+  step_begin, step_end, state, continues, mark, plan, watch, watch_setup, watch_input, rest,       \
+      drift, zero, contact, no_contact, stiffness, gap_stated, motion, overshoot,                  \
+      overshoot_exceeded, settings, read_back, unproven, level_abandoned, repeat, skipped, prompt, \
+      confirm, answer, request, pause, resume, abort, stop_after, pause_at, freeze, limit, fault,  \
+      loss, reconnected, refused, contradiction, hands_off, stopped, stop_failed, loaded, retry,   \
+      repeated, late, late_answer, late_samples, gap, garbled, repeated_samples, clock_step,       \
+      device_clock_frozen, device_clock_rate, device_clock_jump, device_travel_step,               \
+      device_force_step, device_origin, device_watchdog, device_estop, device_drive_off,           \
+      device_drive_fault, device_shield, device_extrapolated, motion_fault, lag, database_locked,  \
+      database_moved, extrapolated, injected, other
 enum class EventKind { LCRIG_EVENT_KINDS };
 #define LCRIG_TEXT_OF(...) #__VA_ARGS__
 #define LCRIG_TEXT(...) LCRIG_TEXT_OF(__VA_ARGS__)
@@ -46,9 +46,9 @@ inline constexpr auto kWordsOf<EventKind> = [] {
 // Kinds that only `lcrig watch replay` reads: stored, but neither shown nor exported. The same as a
 // condition in SQL.
 constexpr bool is_for_replay(EventKind kind) {
-  return kind == EventKind::watch_setup || kind == EventKind::told;
+  return kind == EventKind::watch_setup || kind == EventKind::watch_input;
 }
-inline constexpr const char* kIsShown = "kind NOT IN ('watch_setup', 'told')";
+inline constexpr const char* kIsShown = "kind NOT IN ('watch_setup', 'watch_input')";
 
 // A kind with its stored word. Only the word distinguishes the events of kind `other`.
 class EventName {

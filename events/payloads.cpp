@@ -234,7 +234,7 @@ void fields(F& f, WatchSetupEvent& e) {
   f.field("if_free_N_m", e.if_free_N_m);
 }
 template <class F>
-void fields(F& f, ToldEvent& e) {
+void fields(F& f, WatchInputEvent& e) {
   f.field("what", e.what);
   f.field("samples", e.samples);
   f.field("judging", e.judging);
@@ -356,7 +356,7 @@ LCRIG_PAYLOAD(ReadBackEvent)
 LCRIG_PAYLOAD(UnprovenEvent)
 LCRIG_PAYLOAD(RunPoint)
 LCRIG_PAYLOAD(WatchSetupEvent)
-LCRIG_PAYLOAD(ToldEvent)
+LCRIG_PAYLOAD(WatchInputEvent)
 LCRIG_PAYLOAD(RequestEvent)
 LCRIG_PAYLOAD(AnswerEvent)
 LCRIG_PAYLOAD(StopAfterEvent)

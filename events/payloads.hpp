@@ -167,74 +167,74 @@ struct WatchSetupEvent {
   std::optional<std::vector<double>> at_most_N_m, expected_N_m, if_free_N_m;
 };
 
-// What the watch over the frame was told besides the samples.
-enum class Told {
+// What changes the state of the watch over the frame, besides the samples.
+enum class WatchInput {
   prepared,  // `on`: its samples are judged
-  stop_pending,  // `on`: a stop was asked for and is not carried out, so no other one is
-  order,  // a motion begins
+  stop_pending,  // `on`: a stop was requested and has not run yet, so no other one is
+  order,  // a motion starts
   permit,  // what was predicted for it
   compared,  // it ended, and its force is compared with the prediction
-  stood,  // it ended there, as the frame reported
-  stands,  // the frame stands, at `travel_m` if it said so
-  looks_away,  // nobody knows whether it moves
-  rest,  // a look at the unloaded cell
-  rest_by_contact,  // the same where the probe perhaps touches
-  scatter,  // a look that tells only the scatter
-  alive,  // a look that shows that the cell is alive
-  unpulled,  // the cell when nothing had been touched
-  zeroed,  // the force
-  hidden,  // the force that a zero under load hides from the limits
-  taken,  // the force that a zero under load took from the cell
-  rest_force,  // what the unloaded cell shows, for the limits
-  force_distrusted,
-  pressing_broken,  // nothing may press any more
+  motion_end,  // it ended there, as the frame reported
+  standstill,  // the frame stands, at `travel_m` if it reported one
+  motion_unknown,  // it may move or stand
+  rest_measurement,  // of the unloaded cell
+  rest_measurement_near_contact,  // the probe perhaps touches
+  noise,  // a rest measurement of which only the noise counts
+  live_cell,  // a rest measurement that shows that the cell is alive
+  zero_before_contact,  // of the cell, when nothing had been touched
+  force_zeroed,
+  zero_hides,  // the force that a zero under load hides from the limits
+  zero_took,  // the force that a zero under load took from the cell
+  zero,  // of the cell, for the limits
+  force_invalid,
+  pressing_locked_out,
   contact,  // its place
-  contact_stiffness,  // its place and its least stiffness
-  stiffness,  // its largest stiffness
+  least_stiffness,  // of the contact, and its place
+  largest_stiffness,  // of the contact
   travel_zeroed,
-  loop,  // the force loop may raise the force
-  ages,  // `on`: missing samples stop the run
-  ages_anew,
+  force_loop,  // it may raise the force
+  age_watched,  // `on`: missing samples stop the run
+  age_restarted,
   stopping,  // no sample is judged by the limits until the frame stands
-  way_back,  // the way back begins
-  ended,  // after the last stop: a motion from now on is only noted
+  retreat,  // starts
+  ended  // after the last stop: a motion from now on is only noted
 };
 template <>
-inline constexpr EnumWords<29> kWordsOf<Told>{"prepared",
-                                              "stop_pending",
-                                              "order",
-                                              "permit",
-                                              "compared",
-                                              "stood",
-                                              "stands",
-                                              "looks_away",
-                                              "rest",
-                                              "rest_by_contact",
-                                              "scatter",
-                                              "alive",
-                                              "unpulled",
-                                              "zeroed",
-                                              "hidden",
-                                              "taken",
-                                              "rest_force",
-                                              "force_distrusted",
-                                              "pressing_broken",
-                                              "contact",
-                                              "contact_stiffness",
-                                              "stiffness",
-                                              "travel_zeroed",
-                                              "loop",
-                                              "ages",
-                                              "ages_anew",
-                                              "stopping",
-                                              "way_back",
-                                              "ended"};
+inline constexpr EnumWords<29> kWordsOf<WatchInput>{"prepared",
+                                                    "stop_pending",
+                                                    "order",
+                                                    "permit",
+                                                    "compared",
+                                                    "motion_end",
+                                                    "standstill",
+                                                    "motion_unknown",
+                                                    "rest_measurement",
+                                                    "rest_measurement_near_contact",
+                                                    "noise",
+                                                    "live_cell",
+                                                    "zero_before_contact",
+                                                    "force_zeroed",
+                                                    "zero_hides",
+                                                    "zero_took",
+                                                    "zero",
+                                                    "force_invalid",
+                                                    "pressing_locked_out",
+                                                    "contact",
+                                                    "least_stiffness",
+                                                    "largest_stiffness",
+                                                    "travel_zeroed",
+                                                    "force_loop",
+                                                    "age_watched",
+                                                    "age_restarted",
+                                                    "stopping",
+                                                    "retreat",
+                                                    "ended"};
 
-struct ToldEvent {
-  static constexpr EventKind kKind = EventKind::told;
-  ToldEvent() = default;
-  explicit ToldEvent(Told w) : what(w) {}
-  Told what = Told::looks_away;
+struct WatchInputEvent {
+  static constexpr EventKind kKind = EventKind::watch_input;
+  WatchInputEvent() = default;
+  explicit WatchInputEvent(WatchInput w) : what(w) {}
+  WatchInput what = WatchInput::motion_unknown;
   std::int64_t samples = 0;  // that the run had stored before
   std::optional<bool> judging;  // it follows from the last of them, whose limits come after it
   std::optional<bool> on, presses, holds, force_known;

@@ -14,8 +14,8 @@ Duration stale_after(double rate_Hz) {
   return std::max<Duration>(from_seconds(3.0 / rate_Hz), std::chrono::milliseconds(500));
 }
 
-ToldEvent told_of(const Plausibility::Motion& m) {
-  ToldEvent e(Told::order);
+WatchInputEvent input_of(const Plausibility::Motion& m) {
+  WatchInputEvent e(WatchInput::order);
   e.direction = m.direction;
   e.speed_m_s = m.speed_m_s;
   e.rate_N_s = m.rate_N_s;
@@ -32,7 +32,7 @@ ToldEvent told_of(const Plausibility::Motion& m) {
   return e;
 }
 
-Plausibility::Motion motion_of(const ToldEvent& e, const FrameCapabilities& caps) {
+Plausibility::Motion motion_of(const WatchInputEvent& e, const FrameCapabilities& caps) {
   Plausibility::Motion m;
   m.direction = e.direction.value_or(0);
   m.speed_m_s = e.speed_m_s.value_or(0);
@@ -51,7 +51,7 @@ Plausibility::Motion motion_of(const ToldEvent& e, const FrameCapabilities& caps
   return m;
 }
 
-Pressing::Permit permit_of(const ToldEvent& e) {
+Pressing::Permit permit_of(const WatchInputEvent& e) {
   Pressing::Permit p;
   p.threshold_N = e.threshold_N;
   p.limits.force_max = Force::from_si(e.limit_N.value_or(0));
@@ -62,7 +62,7 @@ Pressing::Permit permit_of(const ToldEvent& e) {
   return p;
 }
 
-MotionOutcome outcome_of(const ToldEvent& e) {
+MotionOutcome outcome_of(const WatchInputEvent& e) {
   MotionOutcome o;
   o.reason = parse_word<MotionEnd>(e.reason.value_or("")).value_or(MotionEnd::fault);
   o.force_N = e.force_N;
@@ -90,119 +90,121 @@ std::optional<Contradiction> FrameWatch::check(const FrameSample& sample) {
 
 void FrameWatch::set_prepared(bool yes) {
   if (yes == prepared_) return;
-  ToldEvent e(Told::prepared);
+  WatchInputEvent e(WatchInput::prepared);
   e.on = yes;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::note_stop_pending(bool yes) {
   if (yes == stop_pending_) return;
-  ToldEvent e(Told::stop_pending);
+  WatchInputEvent e(WatchInput::stop_pending);
   e.on = yes;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::order(const Plausibility::Motion& motion) {
-  tell(told_of(motion));
+  record(input_of(motion));
 }
 
 void FrameWatch::permit(const Pressing::Permit& permit) {
-  ToldEvent e(Told::permit);
+  WatchInputEvent e(WatchInput::permit);
   e.threshold_N = permit.threshold_N;
   e.limit_N = permit.limits.force_max.si();
   e.worst_N = permit.worst_N;
   e.expected_N = permit.expected_N;
   e.presses = permit.presses;
   e.travel_m = permit.from_m;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::motion_stood(std::optional<double> force_N, std::optional<double> travel_m) {
-  ToldEvent e(Told::stood);
+  WatchInputEvent e(WatchInput::motion_end);
   e.force_N = force_N;
   e.travel_m = travel_m;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::stand(std::optional<double> travel_m) {
-  ToldEvent e(Told::stands);
+  WatchInputEvent e(WatchInput::standstill);
   e.travel_m = travel_m;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 std::optional<Comparison> FrameWatch::compare(const MotionOutcome& outcome, double noise_N) {
-  ToldEvent e(Told::compared);
+  WatchInputEvent e(WatchInput::compared);
   e.reason = std::string(to_string(outcome.reason));
   e.force_N = outcome.force_N;
   e.travel_m = outcome.travel_m;
   e.noise_N = noise_N;
-  return tell(std::move(e));
+  return record(std::move(e));
 }
 
 void FrameWatch::watch_age(bool on) {
-  ToldEvent e(Told::ages);
+  WatchInputEvent e(WatchInput::age_watched);
   e.on = on;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::allow_return(double noise_N) {
-  ToldEvent e(Told::way_back);
+  WatchInputEvent e(WatchInput::retreat);
   e.noise_N = noise_N;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::learn_rest(const Rest& rest, FrameTruth::Under under) {
   const bool bare = under == FrameTruth::Under::nothing;
-  tell(look(bare ? Told::rest : Told::rest_by_contact, rest), &rest);
+  record(
+      look(bare ? WatchInput::rest_measurement : WatchInput::rest_measurement_near_contact, rest),
+      &rest);
 }
 
 void FrameWatch::set_rest_force(const Rest& rest) {
-  ToldEvent e(Told::rest_force);
+  WatchInputEvent e(WatchInput::zero);
   e.force_N = rest.force_N();
   e.noise_N = rest.scatter_N();
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::distrust_pressing(std::string why) {
-  ToldEvent e(Told::pressing_broken);
+  WatchInputEvent e(WatchInput::pressing_locked_out);
   e.reason = std::move(why);
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::know_contact(double travel_m, double felt_N, double least_N_m) {
-  ToldEvent e(Told::contact_stiffness);
+  WatchInputEvent e(WatchInput::least_stiffness);
   e.travel_m = travel_m;
   e.force_N = felt_N;
   e.stiffness_N_m = least_N_m;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::measured(double felt_N, double most_N_m) {
-  ToldEvent e(Told::stiffness);
+  WatchInputEvent e(WatchInput::largest_stiffness);
   e.force_N = felt_N;
   e.stiffness_N_m = most_N_m;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 void FrameWatch::not_measured(const std::string& why) {
   if (pressing_ != nullptr) pressing_->not_measured(why);
 }
 
-void FrameWatch::tell_force(Told what, double force_N) {
-  ToldEvent e(what);
+void FrameWatch::record_force(WatchInput what, double force_N) {
+  WatchInputEvent e(what);
   e.force_N = force_N;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
-void FrameWatch::tell_travel(Told what, double travel_m) {
-  ToldEvent e(what);
+void FrameWatch::record_travel(WatchInput what, double travel_m) {
+  WatchInputEvent e(what);
   e.travel_m = travel_m;
-  tell(std::move(e));
+  record(std::move(e));
 }
 
 // The samples of the look are stored, so their numbers are enough.
-ToldEvent FrameWatch::look(Told what, const Rest& rest) {
-  ToldEvent e(what);
+WatchInputEvent FrameWatch::look(WatchInput what, const Rest& rest) {
+  WatchInputEvent e(what);
   e.from_sample = rest.from_sample();
   e.to_sample = rest.from_sample() + rest.samples();
   if (rest.shifted_N() != 0) e.shift_N = rest.shifted_N();
@@ -213,78 +215,80 @@ ToldEvent FrameWatch::look(Told what, const Rest& rest) {
   return e;
 }
 
-std::optional<Comparison> FrameWatch::tell(ToldEvent told, const Rest* rest) {
-  told.samples = samples_;
-  if (judging_) told.judging = true;
-  hooks_.told(told);
-  return apply(told, rest, hooks_.now());
+std::optional<Comparison> FrameWatch::record(WatchInputEvent input, const Rest* rest) {
+  input.samples = samples_;
+  if (judging_) input.judging = true;
+  hooks_.store(input);
+  return apply(input, rest, hooks_.now());
 }
 
-std::optional<Comparison> FrameWatch::apply(const ToldEvent& e, const Rest* rest, MonoTime at) {
+std::optional<Comparison> FrameWatch::apply(const WatchInputEvent& e, const Rest* rest,
+                                            MonoTime at) {
   const double force_N = e.force_N.value_or(0), travel_m = e.travel_m.value_or(0);
   const bool presses = pressing_ != nullptr;
   switch (e.what) {
-    case Told::prepared: prepared_ = e.on.value_or(false); break;
-    case Told::stop_pending: stop_pending_ = e.on.value_or(false); break;
-    case Told::order: truth_.begin(motion_of(e, rig_.frame), at); break;
-    case Told::permit:
+    case WatchInput::prepared: prepared_ = e.on.value_or(false); break;
+    case WatchInput::stop_pending: stop_pending_ = e.on.value_or(false); break;
+    case WatchInput::order: truth_.begin(motion_of(e, rig_.frame), at); break;
+    case WatchInput::permit:
       if (presses) pressing_->begin(permit_of(e));
       break;
-    case Told::compared:
+    case WatchInput::compared:
       if (presses) return pressing_->end(outcome_of(e), e.noise_N.value_or(0));
       break;
-    case Told::stood: guard_.take_standstill(e.force_N, e.travel_m); break;
-    case Told::stands: truth_.stand(at, e.travel_m); break;
-    case Told::looks_away: truth_.look_away(); break;
-    case Told::rest:
-    case Told::rest_by_contact:
-    case Told::scatter:
-    case Told::alive:
+    case WatchInput::motion_end: guard_.take_standstill(e.force_N, e.travel_m); break;
+    case WatchInput::standstill: truth_.stand(at, e.travel_m); break;
+    case WatchInput::motion_unknown: truth_.look_away(); break;
+    case WatchInput::rest_measurement:
+    case WatchInput::rest_measurement_near_contact:
+    case WatchInput::noise:
+    case WatchInput::live_cell:
       if (rest != nullptr) learn(e.what, *rest);
       break;
-    case Told::unpulled: truth_.learn_unpulled(force_N); break;
-    case Told::zeroed: truth_.zero_force(at); break;
-    case Told::hidden: guard_.set_zero_under_load(force_N); break;
-    case Told::taken: truth_.learn_zero_under_load(force_N); break;
-    case Told::rest_force: guard_.set_rest_force(force_N, e.noise_N.value_or(0)); break;
-    case Told::force_distrusted:
+    case WatchInput::zero_before_contact: truth_.learn_unpulled(force_N); break;
+    case WatchInput::force_zeroed: truth_.zero_force(at); break;
+    case WatchInput::zero_hides: guard_.set_zero_under_load(force_N); break;
+    case WatchInput::zero_took: truth_.learn_zero_under_load(force_N); break;
+    case WatchInput::zero: guard_.set_rest_force(force_N, e.noise_N.value_or(0)); break;
+    case WatchInput::force_invalid:
       truth_.distrust_force();
       guard_.distrust_zero(rig_.frame.force_max.si());
       break;
-    case Told::pressing_broken:
+    case WatchInput::pressing_locked_out:
       if (presses) pressing_->distrust(e.reason.value_or(""));
       break;
-    case Told::contact:
+    case WatchInput::contact:
       truth_.forget_contact();  // unknown until its stiffness is measured
       guard_.place_contact(travel_m);
       break;
-    case Told::contact_stiffness:
+    case WatchInput::least_stiffness:
       truth_.know_contact(at, travel_m, force_N, e.stiffness_N_m.value_or(0));
       break;
-    case Told::stiffness:
+    case WatchInput::largest_stiffness:
       if (presses) pressing_->measured(force_N, e.stiffness_N_m.value_or(0));
       break;
-    case Told::travel_zeroed:
+    case WatchInput::travel_zeroed:
       truth_.zero_travel(travel_m);
       guard_.zero_travel(travel_m);
       break;
-    case Told::loop:
+    case WatchInput::force_loop:
       if (presses) pressing_->leave_to_loop();
       break;
-    case Told::ages: guard_.set_watch_age(e.on.value_or(false)); break;
-    case Told::ages_anew: guard_.restart_age(at); break;
-    case Told::stopping: guard_.expect_standstill(); break;
-    case Told::ended: ended_ = true; break;
-    case Told::way_back: guard_.allow_return(e.noise_N.value_or(0)); break;
+    case WatchInput::age_watched: guard_.set_watch_age(e.on.value_or(false)); break;
+    case WatchInput::age_restarted: guard_.restart_age(at); break;
+    case WatchInput::stopping: guard_.expect_standstill(); break;
+    case WatchInput::ended: ended_ = true; break;
+    case WatchInput::retreat: guard_.allow_return(e.noise_N.value_or(0)); break;
   }
   return std::nullopt;
 }
 
-void FrameWatch::learn(Told what, const Rest& rest) {
+void FrameWatch::learn(WatchInput what, const Rest& rest) {
   switch (what) {
-    case Told::rest: return truth_.learn_rest(rest);
-    case Told::rest_by_contact: return truth_.learn_rest(rest, FrameTruth::Under::perhaps_contact);
-    case Told::scatter: return truth_.learn_scatter(rest);
+    case WatchInput::rest_measurement: return truth_.learn_rest(rest);
+    case WatchInput::rest_measurement_near_contact:
+      return truth_.learn_rest(rest, FrameTruth::Under::perhaps_contact);
+    case WatchInput::noise: return truth_.learn_scatter(rest);
     default: return truth_.see_alive(rest);
   }
 }

@@ -15,7 +15,7 @@ WatchedRig watched_rig(const RunSetup& s) {
 }
 
 FrameWatch::Hooks watch_hooks(const RunSetup& s, const EventLog& log) {
-  return {[&s] { return s.clock.now(); }, [&log](const ToldEvent& e) { log.event(e); },
+  return {[&s] { return s.clock.now(); }, [&log](const WatchInputEvent& e) { log.event(e); },
           [&log](const WatchFigures& f) { log.event(EventKind::watch, to_json(f).dump()); }};
 }
 

@@ -14,8 +14,9 @@ Result<std::unique_ptr<WatchReplay>> WatchReplay::begin(const WatchSetupEvent& s
 
 WatchReplay::WatchReplay(const WatchedRig& rig, std::optional<Pressing> pressing)
     : pressing_(std::move(pressing)),
-      watch_(rig, pressing_ ? &*pressing_ : nullptr,
-             {[] { return MonoTime(); }, [](const ToldEvent&) {}, [](const WatchFigures&) {}}) {}
+      watch_(
+          rig, pressing_ ? &*pressing_ : nullptr,
+          {[] { return MonoTime(); }, [](const WatchInputEvent&) {}, [](const WatchFigures&) {}}) {}
 
 void WatchReplay::add(const FrameSample& sample) {
   finish_sample();
@@ -38,10 +39,10 @@ void WatchReplay::finish_sample() {
   if (why && judged && acts()) find(sample.received, EventKind::limit, std::move(*why));
 }
 
-void WatchReplay::tell(const ToldEvent& told, const Rest* rest, MonoTime at) {
-  if (!told.judging.value_or(false)) finish_sample();
-  if (told.what == Told::stopping || told.what == Told::stop_pending) stops_ = false;
-  find(at, watch_.apply(told, rest, at));
+void WatchReplay::apply(const WatchInputEvent& input, const Rest* rest, MonoTime at) {
+  if (!input.judging.value_or(false)) finish_sample();
+  if (input.what == WatchInput::stopping || input.what == WatchInput::stop_pending) stops_ = false;
+  find(at, watch_.apply(input, rest, at));
 }
 
 void WatchReplay::find(MonoTime at, EventKind kind, std::string why) {

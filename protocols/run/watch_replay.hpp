@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Judges a stored run again: tells the same watch what the run was told, with the stored samples in
-// between, and collects what it finds. Pure logic; daemon/replayed_watch reads the rows.
+// Judges a stored run again: applies its inputs to a new watch, with the stored samples in between,
+// and collects the findings. Pure logic; daemon/replayed_watch reads the rows.
 #pragma once
 
 #include <cstdint>
@@ -30,10 +30,10 @@ class WatchReplay {
   static Result<std::unique_ptr<WatchReplay>> begin(const WatchSetupEvent& setup,
                                                     FrameCapabilities frame);
 
-  // The next sample. What was told before it has to come before it.
+  // The next sample. Inputs from before it have to be applied first.
   void add(const FrameSample& sample);
-  // `rest`: the look that it names; nullptr: none.
-  void tell(const ToldEvent& told, const Rest* rest, MonoTime at);
+  // `rest`: the rest measurement that it names; nullptr: none.
+  void apply(const WatchInputEvent& input, const Rest* rest, MonoTime at);
   void end() { finish_sample(); }
   std::int64_t samples() const { return samples_; }
   const std::vector<WatchFinding>& findings() const { return findings_; }

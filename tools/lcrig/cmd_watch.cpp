@@ -37,7 +37,7 @@ json findings_json(const std::vector<WatchFinding>& findings, MonoTime started) 
 json to_json(const ReplayedWatch& r) {
   return {{"run", r.run},
           {"samples", r.samples},
-          {"told", r.told},
+          {"inputs", r.inputs},
           {"only", r.only},
           {"same", r.is_same()},
           {"recorded", findings_json(r.recorded, r.started)},
@@ -56,7 +56,7 @@ void print_run(std::ostream& out, const ReplayedWatch& r) {
   const std::string verdict = !r.is_same()       ? "other findings than recorded"
                               : r.judged.empty() ? "nothing found, as recorded"
                                                  : fmt::format("{} as recorded", r.judged.size());
-  fmt::print(out, "run {}: {} samples, told {} times: {}\n", r.run, r.samples, r.told, verdict);
+  fmt::print(out, "run {}: {} samples, {} inputs: {}\n", r.run, r.samples, r.inputs, verdict);
   if (!r.only.empty()) fmt::print(out, "  {}\n", r.only);
   if (!r.is_same()) print_findings(out, "recorded", r.recorded, r.started);
   print_findings(out, "judged", r.judged, r.started);

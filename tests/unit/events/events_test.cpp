@@ -199,8 +199,9 @@ TEST(RunEvents, KeepThePayloadThatTheyWereMadeOf) {
 // The page lists what belongs to each word.
 TEST(EventPayload, OfWhatTheWatchWasToldIsReadBack) {
   const std::string page = read_text_file("docs/events.md").value();
-  for (const std::string& word : all_words<Told>()) EXPECT_THAT(page, HasSubstr("`" + word + "`"));
-  ToldEvent e(Told::order);
+  for (const std::string& word : all_words<WatchInput>())
+    EXPECT_THAT(page, HasSubstr("`" + word + "`"));
+  WatchInputEvent e(WatchInput::order);
   e.samples = 1200;
   e.judging = e.holds = true;
   e.force_N = 0.1;
@@ -208,14 +209,14 @@ TEST(EventPayload, OfWhatTheWatchWasToldIsReadBack) {
   e.worst_N = std::numeric_limits<double>::infinity();  // JSON has none
   e.reason = "\"quoted\"";
   const std::string stored = to_json(e);
-  const auto back = from_json<ToldEvent>(stored);
+  const auto back = from_json<WatchInputEvent>(stored);
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(to_json(*back), stored);
-  EXPECT_EQ(back->what, Told::order);
+  EXPECT_EQ(back->what, WatchInput::order);
   EXPECT_EQ(back->against_N, e.against_N);
   EXPECT_GT(*back->worst_N, 1e300);
   EXPECT_FALSE(back->travel_m);
-  EXPECT_FALSE(from_json<ToldEvent>(R"({"what":"nonsense","samples":1})"));
+  EXPECT_FALSE(from_json<WatchInputEvent>(R"({"what":"nonsense","samples":1})"));
 }
 
 TEST(EventPayload, OfTheWatchKeepsItsTables) {

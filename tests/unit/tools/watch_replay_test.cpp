@@ -80,14 +80,14 @@ TEST_F(WatchReplayed, FindsWhatTheRunsRecorded) {
     EXPECT_EQ(run["same"], true);
     EXPECT_EQ(run["only"], "");
     EXPECT_GT(run["samples"], 1000);
-    EXPECT_GT(run["told"], 50);
+    EXPECT_GT(run["inputs"], 50);
   }
 }
 
 TEST_F(WatchReplayed, SaysItInWords) {
   ASSERT_EQ(cli.run({"--db", db, "watch", "replay", "1", "2"}), 0) << cli.err.str();
-  EXPECT_THAT(cli.out.str(), HasSubstr("times: nothing found, as recorded"));
-  EXPECT_THAT(cli.out.str(), HasSubstr("times: 1 as recorded\n  judged"));
+  EXPECT_THAT(cli.out.str(), HasSubstr("inputs: nothing found, as recorded"));
+  EXPECT_THAT(cli.out.str(), HasSubstr("inputs: 1 as recorded\n  judged"));
 }
 
 TEST_F(WatchReplayed, SeesWhatTheRunDidNot) {
