@@ -91,8 +91,8 @@ class WatchCommand final : public Command {
             "Show the run that goes on until it ends; `replay RUN ...`: judge stored runs again",
             "lcrig watch replay last") {}
   void declare(ArgumentList& list) override {
-    list.words({"replay RUN", Proposes::run}, words_,
-               "Judge these runs again with the watch of this program: numbers, uuids, or `last`");
+    list.words(kRunWord, words_,
+               "After the word `replay`: the runs to judge again, numbers, uuids, or `last`");
     list.option("--against", against_, kFileWord,
                 "Compare with what another build of lcrig finds, not with what was recorded");
   }
