@@ -64,7 +64,7 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
               *next);
 }
 
-Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
+Result<LastSeen> last_samples(const Database& db, std::int64_t run) {
   const auto read = [](const Statement& row) {
     FrameSample s;
     row.read(s.device_time_s, s.force_N, s.travel_m, s.flags);
@@ -76,8 +76,8 @@ Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
       read, run);
   if (!samples) return fail(samples.error());
   std::ranges::reverse(*samples);
-  FrameMemory memory;
-  memory.feed(*samples);
+  LastSeen memory;
+  for (const FrameSample& sample : *samples) memory.feed(sample);
   return memory;
 }
 

@@ -3,10 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "daemon/record/stored_frame.hpp"
+#include "protocols/rig/corridor.hpp"
 
 namespace lcrig {
 
@@ -53,7 +55,10 @@ struct ReplayedEvent {
 
 class Reader {
  public:
-  Reader(const Database& db, std::int64_t run) : db_(db) { out_.run = run; }
+  Reader(const Database& db, std::int64_t run, WatchReplay::Look look = nullptr)
+      : db_(db), look_(std::move(look)) {
+    out_.run = run;
+  }
 
   Result<ReplayedWatch> read() {
     if (auto r = read_run(); !r) return fail(r.error());
@@ -107,7 +112,9 @@ class Reader {
   Result<> begin(const ReplayedEvent& e) {
     auto setup = from_json<WatchSetupEvent>(e.detail);
     if (!setup) return fail(setup.error());
-    return keep(WatchReplay::begin(*setup, frame_), watch_);
+    if (auto r = keep(WatchReplay::begin(*setup, frame_), watch_); !r) return r;
+    if (look_) watch_->set_look(look_);
+    return {};
   }
 
   Result<> apply(const ReplayedEvent& e) {
@@ -115,7 +122,7 @@ class Reader {
     if (!input) return fail(input.error());
     ++out_.inputs;
     if (auto r = advance(input->samples); !r) return r;
-    std::optional<Rest> look;
+    std::optional<RestMeasurement> look;
     if (input->from_sample) {
       if (auto r = keep(look_again(*input), look); !r) return r;
     }
@@ -132,8 +139,8 @@ class Reader {
         to);
   }
 
-  Result<std::optional<Rest>> look_again(const WatchInputEvent& input) const {
-    Rest rest(*input.from_sample);
+  Result<std::optional<RestMeasurement>> look_again(const WatchInputEvent& input) const {
+    RestMeasurement rest(*input.from_sample);
     const auto add = [&rest](const Statement& row) {
       const FrameSample sample = sample_of(row);
       rest.add(std::span(&sample, 1));
@@ -149,7 +156,6 @@ class Reader {
 
   Result<> end_judged() {
     if (auto r = advance(out_.samples); !r) return r;
-    watch_->end();
     out_.judged = watch_->findings();
     return {};
   }
@@ -164,7 +170,11 @@ class Reader {
     BoundLimits bound;
     bound.force_min_N = limits.at("force_min_N").get<double>();
     bound.force_max_N = limits.at("force_max_N").get<double>();
-    Guard guard(bound, Duration::max(), kAssumedForceClass);
+    RigFacts facts;
+    facts.commands = false;
+    facts.limits = bound;
+    facts.rate_Hz = kFrameRate_Hz;
+    RigState rig(std::move(facts), std::nullopt);
     out_.only = limits_end_
                     ? fmt::format(
                           "it did not store its orders: only the limits of the force were "
@@ -176,7 +186,10 @@ class Reader {
       FrameSample s = sample_of(row);
       if (found || (limits_end_ && s.received > limits_end_->at)) return;
       s.travel_m.reset();
-      if (auto why = guard.check(s)) found.emplace(s.received, EventKind::limit, std::move(*why));
+      const auto compared = rig.apply(s);
+      const auto findings = find(rig, Sight{s, compared});
+      if (const Finding* f = most_severe(findings))
+        found.emplace(s.received, EventKind::limit, f->why);
     };
     auto read = db_.each(kSamples, judge, out_.run, std::int64_t{0}, out_.samples);
     if (!read) return read;
@@ -186,6 +199,7 @@ class Reader {
   }
 
   const Database& db_;
+  const WatchReplay::Look look_;
   ReplayedWatch out_;
   std::string limits_json_;
   FrameCapabilities frame_;
@@ -194,10 +208,55 @@ class Reader {
   std::optional<ReplayedEvent> limits_end_;
 };
 
+// Collects the motions towards the specimen, and keeps the one that is worth a picture.
+class MotionPicker {
+ public:
+  void look(const RigState& rig, const FrameSample& s, bool is_found) {
+    const bool presses = rig.frame.motion == FrameMotion::moving && rig.frame.order.direction >= 0;
+    if (presses && rig.frame.since != since_) end_motion();
+    if (!presses || !s.travel_m || !s.force_N) return;
+    since_ = rig.frame.since;
+    const Corridor corridor = force_corridor(rig, s.received, s.travel_m);
+    WatchedMotion::Point point{*s.travel_m * 1e3, *s.force_N, std::nullopt, std::nullopt};
+    if (corridor.lower) point.low_N = corridor.lower->value();
+    if (corridor.upper) point.high_N = corridor.upper->value();
+    now_.points.push_back(point);
+    if (is_found && !now_.outside) now_.outside = now_.points.size() - 1;
+  }
+  std::optional<WatchedMotion> pick() {
+    end_motion();
+    return std::move(best_);
+  }
+
+ private:
+  static double largest_N(const WatchedMotion& m) {
+    return std::ranges::max(m.points, {}, &WatchedMotion::Point::force_N).force_N;
+  }
+  void end_motion() {
+    const WatchedMotion motion = std::exchange(now_, WatchedMotion());
+    if (motion.points.empty() || (best_ && best_->outside)) return;
+    if (!best_ || motion.outside || largest_N(motion) > largest_N(*best_)) best_ = motion;
+  }
+
+  MonoTime since_{};
+  WatchedMotion now_;
+  std::optional<WatchedMotion> best_;
+};
+
 }  // namespace
 
 Result<ReplayedWatch> replay_watch(const Database& db, std::int64_t run) {
   return Reader(db, run).read();
+}
+
+Result<std::optional<WatchedMotion>> watched_motion(const Database& db, std::int64_t run) {
+  MotionPicker picker;
+  const auto look = [&picker](const RigState& rig, const FrameSample& sample, bool is_found) {
+    picker.look(rig, sample, is_found);
+  };
+  auto read = Reader(db, run, look).read();
+  if (!read) return fail(read.error());
+  return picker.pick();
 }
 
 }  // namespace lcrig

@@ -243,7 +243,7 @@ RunSetup Session::make_setup(std::int64_t run) {
   setup.commands = commands_;
   setup.frame_rate_Hz = plan_.frame_rate_Hz;
   setup.cell = rig_.frame.cell();
-  if (forecast_) setup.pressing.emplace(*forecast_, rig_.frame);
+  setup.forecast = forecast_;
   setup.start_gap_m = info.frame.start_gap_m;
   json planned = to_json(plan_);
   planned.erase("steps");

@@ -13,9 +13,9 @@
 #include "daemon/rig/instruments.hpp"
 #include "daemon/run_request.hpp"
 #include "model/specimen.hpp"
-#include "protocols/plan/forecast.hpp"
 #include "protocols/plan/plan.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/rig/forecast.hpp"
 #include "protocols/run/run.hpp"
 
 namespace lcrig {

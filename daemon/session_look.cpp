@@ -8,7 +8,7 @@
 
 #include "daemon/rig/known.hpp"
 #include "daemon/session.hpp"
-#include "protocols/watch/rest.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 
 namespace lcrig {
 
@@ -30,7 +30,7 @@ struct Looker final : LoadFrame::Listener {
   void on_frame_event(EventName, std::string) override {}
   void on_frame_lost(Error error) override { lost = std::move(error); }
   LoadFrame& frame;
-  Rest rest;
+  RestMeasurement rest;
   std::optional<Error> lost;
 };
 
@@ -139,7 +139,7 @@ Task<Result<>> Session::look() {
   if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
   if (looker.rest.forces() > 1) {
     rig_.force_noise_N = looker.rest.scatter_N();
-    rig_.force_scatter = ForceScatter(looker.rest);
+    rig_.force_scatter = CellNoise(looker.rest);
     rig_.rest_force_N = looker.rest.force_N();
   }
   co_return Result<>();

@@ -197,10 +197,18 @@ enum class WatchInput {
   age_restarted,
   stopping,  // no sample is judged by the limits until the frame stands
   retreat,  // starts
-  ended  // after the last stop: a motion from now on is only noted
+  ended,  // after the last stop: a motion from now on is only noted
+  run_start,  // the frame stands at `travel_m`
+  contact_unknown,
+  contact_depth,  // `travel_m`: up to there before contact the probe may touch
+  contact_taken_over,  // of the run that this one continues
+  zeros_taken_over,  // the same: their sum; `on`: there was one
+  search,  // starts at `travel_m`; without: contact was found
+  link_back,  // what the frame showed before the loss is not its state any more
+  motion_locked_out
 };
 template <>
-inline constexpr EnumWords<29> kWordsOf<WatchInput>{"prepared",
+inline constexpr EnumWords<37> kWordsOf<WatchInput>{"prepared",
                                                     "stop_pending",
                                                     "order",
                                                     "permit",
@@ -228,7 +236,15 @@ inline constexpr EnumWords<29> kWordsOf<WatchInput>{"prepared",
                                                     "age_restarted",
                                                     "stopping",
                                                     "retreat",
-                                                    "ended"};
+                                                    "ended",
+                                                    "run_start",
+                                                    "contact_unknown",
+                                                    "contact_depth",
+                                                    "contact_taken_over",
+                                                    "zeros_taken_over",
+                                                    "search",
+                                                    "link_back",
+                                                    "motion_locked_out"};
 
 struct WatchInputEvent {
   static constexpr EventKind kKind = EventKind::watch_input;

@@ -20,6 +20,8 @@ std::string time_figure(const ReportRun& run);
 std::string cycle_figure(const ReportRun& run);
 // Loading and unloading against force, and the gap between them.
 std::string loop_figure(const ReportRun& run);
+// Force against travel with the corridor of the watch.
+std::string watch_figure(const ReportRun& run);
 // C in the longest holds against the logarithm of time.
 std::string hold_figure(const ReportRun& run);
 

@@ -75,6 +75,7 @@ std::string run_page(const ReportRun& run) {
   p.add("loops", "Hysteresis", loop_figure(run));
   p.add("holds", "Creep and drift in holds", hold_figure(run) + hold_table(a));
   p.add("model", "Comparison with the model", model_section(run));
+  p.add("watch", "What the watch over the frame allowed", watch_figure(run));
   p.add("uncertainty", "Uncertainty", uncertainty_tables(a.uncertainties));
   p.add("metrics", "All results and their definitions", metrics_table(a));
   p.add("events", "Events and gaps", event_table(run) + titled("Outliers", outlier_table(a)));

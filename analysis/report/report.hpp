@@ -25,6 +25,12 @@ struct ModelledCurve {
   std::vector<double> pressure_kPa, smooth_delta_C_fF;
 };
 
+// Force against travel of one motion, with the corridor that the watch over the frame judged it by.
+struct WatchPicture {
+  std::vector<double> travel_mm, force_N, low_N, high_N;  // NaN: no edge
+  std::optional<std::size_t> outside;  // the sample in which the watch found something
+};
+
 struct ReportRun {
   RunData data;
   RunAnalysis analysis;
@@ -32,6 +38,7 @@ struct ReportRun {
   std::vector<RunNote> notes;
   std::optional<ModelledCurve> model;
   std::string no_model;  // why `model` is absent
+  std::optional<WatchPicture> watch;  // absent: the run pressed nothing, or stored no orders
 };
 
 // Reads one run, checks its hash chain and evaluates the model of its specimen. Errors: those of

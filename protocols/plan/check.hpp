@@ -11,10 +11,10 @@
 #include "base/pressure_area.hpp"
 #include "base/quantity.hpp"
 #include "drivers/load_frame.hpp"
-#include "protocols/plan/force_bound.hpp"
-#include "protocols/plan/limits.hpp"
 #include "protocols/protocol.hpp"
-#include "protocols/watch/watch_figures.hpp"
+#include "protocols/rig/force_bound.hpp"
+#include "protocols/rig/limits.hpp"
+#include "protocols/rig/tolerances.hpp"
 
 namespace lcrig {
 
@@ -47,7 +47,7 @@ struct Rig {
   std::optional<Length> start_gap;  // as a person stated it: gap_mm may be used at once
   std::optional<Length> found_contact;  // machine travel where find_contact found it
   std::optional<double> force_noise_N;  // observed noise of one sample at rest
-  std::optional<ForceScatter> force_scatter;  // observed as well, by digits of the cell
+  std::optional<CellNoise> force_scatter;  // observed as well, by digits of the cell
   double rest_force_N = 0;  // observed force of the unloaded cell
 
   // Estimates of specimen, frame and mounting, for times and expected forces. Without them the plan

@@ -12,7 +12,7 @@
 #include "protocols/plan/advice.hpp"
 #include "protocols/plan/check.hpp"
 #include "protocols/plan/read_backs.hpp"
-#include "protocols/watch/watch_figures.hpp"
+#include "protocols/rig/tolerances.hpp"
 
 namespace lcrig {
 
@@ -60,7 +60,7 @@ struct Plan {
   double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
   bool weights = false;  // placed by hand: no load cell and no drive that could fail
   ForceUncertainty force_uncertainty;  // of the load cell
-  WatchFigures watch;  // what the run will distrust
+  Tolerances watch;  // what the run will distrust
   // The force, possibly beyond every limit, by the time a fault is noticed: a frozen cell, or a
   // drive that reverses where the force is largest. Infinite: unbounded.
   std::optional<double> frozen_force_N, reversed_force_N;

@@ -112,7 +112,7 @@ void Planner::walk() {
 // Computes the force that a frozen cell, or a drive that runs the wrong way, has caused by the time
 // it is noticed.
 void Planner::foresee_lies() {
-  const WatchFigures& w = plan_.watch;
+  const Tolerances& w = plan_.watch;
   const double period_s = plan_.frame_rate_Hz > 0 ? 1 / plan_.frame_rate_Hz : 0;
   const double heard_s = std::max(period_s, kBatch_s) + w.reply_s;
   const auto after = [&](double way_m, double speed_m_s) {
@@ -139,7 +139,7 @@ void Planner::finish_figures() {
       std::max(cell.error_N(rig_.limits().force_min_N), cell.error_N(rig_.limits().force_max_N));
   u.zero_N = cell.zero_error_N(rig_.frame().force_max.si());
   if (const auto noise = force_noise_N(rig_.known())) u.noise_N = 4 * *noise;
-  plan_.watch = watch_figures(rig_.frame(), rig_.forecast().bound(), rig_.limits().force_max_N,
+  plan_.watch = tolerances_of(rig_.frame(), rig_.forecast().bound(), rig_.limits().force_max_N,
                               plan_.frame_rate_Hz, rig_.known().force_scatter,
                               force_noise_N(rig_.known()).value_or(0));
   if (!rig_.has_moved()) return;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "protocols/plan/check.hpp"
-#include "protocols/plan/forecast.hpp"
+#include "protocols/rig/forecast.hpp"
 
 namespace lcrig {
 

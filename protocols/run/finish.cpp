@@ -48,17 +48,17 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   if (losses_.frame_away() != nullptr) co_await losses_.bring_frame_back();
   co_await prove_readings(stop.has_value());
   co_await stop_for(stop);
-  run_.watch.allow_return(run_.truth.sure_noise_N());
+  run_.watch.start_retreat();
   const bool clears = may_clear(stop && stop->kind == Interrupt::freeze);
   if (clears) co_await run_finally();
   run_.watch.expect_standstill();
   co_await run_.drive.stop_for_good();
   tell_standstill();
   tell_hands_off(clears);
-  run_.distrust.run_ended();
+  run_.watch.end();
   run_.interrupts.expect_no_stop();
   if (run_.setup.moves() && run_.drive.prepared()) co_await tell_load();
-  if (const auto& moved = run_.distrust.moves_again(); moved && run_.drive.standing()) {
+  if (const auto& moved = run_.response.moves_again(); moved && run_.drive.standing()) {
     co_await run_.drive.stop();
     fail_with(Errc::refused, *moved + "; it was stopped again");
   }
@@ -66,7 +66,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   run_.setup.frame.set_listener(nullptr);
   run_.interrupts.close();
   run_.progress.enter<RunState::ended>();
-  result_.peak_force_N = run_.guard.peak_force_N();
+  result_.peak_force_N = run_.rig.course.peak_force_N;
   result_.stands = !run_.setup.moves() || !run_.drive.prepared() ||
                    (run_.drive.standing() && losses_.frame_away() == nullptr);
   co_return std::move(result_);
@@ -119,7 +119,7 @@ Task<> Finish::see_standstill() {
   const MonoTime limit =
       stood + std::max<Duration>(500ms, from_seconds(3 / run_.setup.frame_rate_Hz));
   const auto waits = [&] {
-    return run_.view.force_known() <= stood && losses_.frame_away() == nullptr;
+    return run_.rig.frame.force_at <= stood && losses_.frame_away() == nullptr;
   };
   while (waits() && clock.now() < limit) co_await clock.wait_for(20ms);
 }
@@ -160,11 +160,11 @@ bool Finish::may_clear(bool frozen) {
         "away at the machine if it is loaded");
     return false;
   }
-  if (run_.setup.commands && !run_.guard.is_distrusted() && run_.guard.is_pulled()) {
+  if (run_.setup.commands && run_.rig.trust.force && run_.rig.stood_pulled()) {
     tell_not_run(
         fmt::format("the load cell shows {:.3f} N: the specimen pulls at the probe, or the zero of "
                     "the cell has moved; no way is known to be safe: look at it, free it by hand",
-                    run_.view.force_N().value_or(0)));
+                    run_.rig.frame.force_N.value_or(0)));
     return false;
   }
   return true;
@@ -224,7 +224,7 @@ Task<> Finish::tell_load() {
   if (run_.setup.moves() && settles > Duration::zero()) {
     co_await run_.setup.clock.wait_for(settles);
   }
-  auto rest = co_await run_.view.watch_rest(200ms);
+  auto rest = co_await run_.meter.measure(200ms);
   const std::string why = load_left(rest);
   if (why.empty()) co_return;
   run_.event(EventKind::loaded, why);
@@ -232,19 +232,19 @@ Task<> Finish::tell_load() {
 }
 
 // Words for a load that is left; empty: none is.
-std::string Finish::load_left(const Result<Rest>& rest) const {
-  const std::optional<double> contact_m = run_.contact.travel_m();
-  const std::optional<double> travel_m = rest ? rest->travel_m() : run_.view.travel_m();
+std::string Finish::load_left(const Result<RestMeasurement>& rest) const {
+  const std::optional<double> contact_m = run_.rig.contact.travel_m;
+  const std::optional<double> travel_m = rest ? rest->travel_m() : run_.rig.frame.seen.travel_m;
   // The search stood at the place of contact, which lies inside a specimen that it ran into.
   const double gap_m = contact_m && travel_m ? *contact_m - *travel_m : -kFarClear_m;
-  const double clear_m = gap_m - run_.contact.depth_m();
+  const double clear_m = gap_m - run_.rig.contact.depth_m;
   const bool clear = clear_m > kClear_m;
-  const bool surely = clear_m > kFarClear_m && run_.truth.knows_contact();
+  const bool surely = clear_m > kFarClear_m && run_.rig.contact.least;
   const bool obeys = losses_.frame_away() == nullptr && !run_.drive.hands_off();
   // Clear of the specimen, a force counts as load only beyond the error of the cell's zero.
-  const double doubt_N = clear ? run_.truth.zero_doubt_N() : 0;
-  const bool pulls = rest && run_.truth.is_pulled(rest->force_N());
-  const bool loaded = rest && run_.truth.is_loaded(rest->force_N() - doubt_N);
+  const double doubt_N = clear ? run_.rig.zero_uncertainty_N() : 0;
+  const bool pulls = rest && run_.rig.is_pulled(rest->force_N());
+  const bool loaded = rest && run_.rig.is_loaded(rest->force_N() - doubt_N);
   if (obeys && clear && !pulls && !loaded) return {};
   if (obeys && rest && surely && !pulls) {
     return fmt::format(
@@ -252,16 +252,16 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
         "load cell shows ({:.3f} N): check its zero",
         gap_m * 1e3, rest->force_N());
   }
-  if (losses_.frame_away() != nullptr || !rest || run_.guard.is_distrusted()) {
+  if (losses_.frame_away() != nullptr || !rest || !run_.rig.trust.force) {
     return std::string(kUnknown);
   }
-  if (run_.truth.is_loaded(rest->force_N())) {
+  if (run_.rig.is_loaded(rest->force_N())) {
     return fmt::format(
         "the specimen is still loaded with about {:.3f} N: drive the frame away from it "
         "at the machine",
-        rest->force_N() - run_.truth.most_bare_N());
+        rest->force_N() - run_.rig.cell.unloaded_at_most_N());
   }
-  const double felt_N = rest->force_N() - run_.truth.bare_N();
+  const double felt_N = rest->force_N() - run_.rig.cell.unloaded_N();
   if (pulls) {
     return fmt::format(
         "the load cell shows about {:.3f} N less than unloaded: the specimen pulls at the probe, "

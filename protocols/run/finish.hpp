@@ -34,7 +34,7 @@ class Finish {
   void tell_standstill();
   void tell_hands_off(bool cleared);
   Task<> tell_load();
-  std::string load_left(const Result<Rest>& rest) const;
+  std::string load_left(const Result<RestMeasurement>& rest) const;
   Task<> make_meter_safe();
   void fail_with(Errc code, std::string_view why);
   void hear(const InterruptRequest& stop);

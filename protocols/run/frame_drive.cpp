@@ -22,7 +22,7 @@ constexpr const char* kMovesOn =
 }  // namespace
 
 Task<Result<>> FrameDrive::take_command() {
-  const FrameCapabilities caps = contact_.frame_capabilities();
+  const FrameCapabilities& caps = rig_.frame.caps;
   forget_limits();
   if (!setup_.commands) {
     auto seen = co_await setup_.frame.observe(setup_.frame_rate_Hz);
@@ -30,7 +30,7 @@ Task<Result<>> FrameDrive::take_command() {
     co_return Result<>();
   }
   if (caps.motion || caps.weights) {
-    auto armed = co_await arm(device_limits(watch_.guard().limits(), caps));
+    auto armed = co_await arm(device_limits(rig_.limits, caps));
     if (!armed) co_return armed;
   }
   auto rate = co_await setup_.frame.set_sample_rate(setup_.frame_rate_Hz);
@@ -43,9 +43,10 @@ Task<Result<>> FrameDrive::take_command() {
 
 Task<Result<>> FrameDrive::arm(FrameLimits limits) {
   if (auto may = may_move(); !may) co_return may;
-  if (armed_ == limits) co_return Result<>();
+  const int zeros = rig_.frame.travel_zeros;
+  if (armed_ && armed_->limits == limits && armed_->travel_zeros == zeros) co_return Result<>();
   auto armed = co_await setup_.frame.arm(limits);
-  if (armed) armed_ = limits;
+  if (armed) armed_ = Armed{limits, zeros};
   co_return armed;
 }
 
@@ -54,7 +55,7 @@ Task<> FrameDrive::stop() {
     count_stop(true);
     co_return;
   }
-  watch_.look_away();
+  watch_.lose_motion();
   next_try_ = setup_.clock.now() + kAgain;
   Result<> stopped;
   for (int tries = 0; tries == 0 || (tries < kTries && still_.has_moved()); ++tries) {
@@ -130,7 +131,7 @@ void FrameDrive::note_order(double speed_m_s) {
 
 void FrameDrive::see(const FrameSample& sample) {
   last_sample_ = sample.received;
-  still_.take(sample, watch_.truth().still_m());
+  still_.take(sample, rig_.still_m());
 }
 
 Task<Result<>> FrameDrive::stop_silently() {
@@ -160,7 +161,7 @@ Task<Result<>> FrameDrive::hold_travel() {
 
 Task<Result<>> FrameDrive::hold_force(double force_N) {
   if (auto may = may_move(); !may) co_return may;
-  watch_.order(watch_.truth().hold_now(view_.shown_force()));
+  watch_.order(rig_.hold_now(meter_.noise_N()));
   note_order(0);
   co_return co_await setup_.frame.hold_force(Force::from_si(force_N));
 }
@@ -171,13 +172,14 @@ Task<Result<>> FrameDrive::restore_hold() {
 }
 
 bool FrameDrive::keep_hands_off(std::string why, Errc code) {
-  if (hands_off_ || interrupts_.over()) return false;
-  hands_off_ = Error(code, std::move(why));
-  hands_off_->hands_off = true;
+  if (hands_off() || interrupts_.over()) return false;
+  Error error(code, std::move(why));
+  error.hands_off = true;
+  watch_.lock_out_motion(error);
   held_force_N_.reset();
   forget_limits();
-  log_.event(EventKind::hands_off, hands_off_->what);
-  interrupts_.ask(InterruptRequest(Interrupt::fault, *hands_off_));
+  log_.event(EventKind::hands_off, error.what);
+  interrupts_.ask(InterruptRequest(Interrupt::fault, std::move(error)));
   return true;
 }
 
@@ -187,8 +189,8 @@ Result<> FrameDrive::may_move() const {
                 "this run only observes the frame, and a step wants to move it: the facts of the "
                 "step are wrong");
   }
-  if (!hands_off_) return {};
-  Error refusal = *hands_off_;
+  if (!hands_off()) return {};
+  Error refusal = *hands_off();
   refusal.what += ": nothing is moved any more";
   return fail(std::move(refusal));
 }

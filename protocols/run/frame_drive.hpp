@@ -7,14 +7,13 @@
 #include <optional>
 #include <string>
 
-#include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_view.hpp"
 #include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/progress_keeper.hpp"
+#include "protocols/run/rest_meter.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/standstill.hpp"
+#include "protocols/run/standstill.hpp"
 
 namespace lcrig {
 
@@ -24,14 +23,13 @@ class FrameDrive {
 
   // All must outlive it.
   FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts,
-             FrameWatch& watch, const FrameView& view, const ContactPlace& contact,
-             StandstillWatch& still)
+             FrameWatch& watch, const RestMeter& meter, StandstillWatch& still)
       : setup_(setup),
         log_(log),
         interrupts_(interrupts),
         watch_(watch),
-        view_(view),
-        contact_(contact),
+        rig_(watch.rig()),
+        meter_(meter),
         still_(still) {}
 
   // Sets limits and sample rate of a frame that this run commands; of any other frame only the
@@ -71,11 +69,11 @@ class FrameDrive {
   // person has looked. `why` is for people and becomes part of the run's reason. False: there was
   // another reason already, or the run is over.
   bool keep_hands_off(std::string why, Errc code = Errc::frame_fault);
-  const std::optional<Error>& hands_off() const { return hands_off_; }
+  const std::optional<Error>& hands_off() const { return rig_.trust.no_motion; }
   Result<> may_move() const;  // checked before every motion
 
   // The instruments may have received a command, so `finally` has to run.
-  bool prepared() const { return watch_.is_prepared(); }
+  bool prepared() const { return rig_.is_prepared; }
   void set_prepared(bool yes) { watch_.set_prepared(yes); }
   bool standing() const { return standing_; }  // the last STOP was confirmed
   // How often the frame confirmed standstill. If it has grown since a request to stop, that request
@@ -94,16 +92,20 @@ class FrameDrive {
   const EventLog& log_;
   InterruptQueue& interrupts_;
   FrameWatch& watch_;
-  const FrameView& view_;
-  const ContactPlace& contact_;
+  const RigState& rig_;
+  const RestMeter& meter_;
   StandstillWatch& still_;
   double last_speed_m_s_ = 0;
   MonoTime next_try_{};  // of stand_still
   bool told_failed_ = false;  // since the last STOP that was confirmed
   std::optional<MonoTime> last_sample_;
-  std::optional<FrameLimits> armed_;  // limits that the device watches now
+  // Limits that the frame watches now, and the zero of the travel that they count from.
+  struct Armed {
+    FrameLimits limits;
+    int travel_zeros = 0;
+  };
+  std::optional<Armed> armed_;
   std::optional<double> held_force_N_;
-  std::optional<Error> hands_off_;  // why nothing may move any more
   bool standing_ = false;
   std::uint64_t stands_ = 0, failed_stops_ = 0;
 };

@@ -6,131 +6,36 @@
 
 namespace lcrig {
 
-namespace {
+FrameWatch::FrameWatch(RigFacts facts, std::optional<Forecast> forecast, Hooks hooks)
+    : rig_(std::move(facts), std::move(forecast)), hooks_(std::move(hooks)) {}
 
-// A moving frame is stopped when samples are missing for three periods, but at least for two
-// batches of the link (100 ms each) with their jitter.
-Duration stale_after(double rate_Hz) {
-  return std::max<Duration>(from_seconds(3.0 / rate_Hz), std::chrono::milliseconds(500));
-}
-
-WatchInputEvent input_of(const Plausibility::Motion& m) {
-  WatchInputEvent e(WatchInput::order);
-  e.direction = m.direction;
-  e.speed_m_s = m.speed_m_s;
-  e.rate_N_s = m.rate_N_s;
-  e.force_N = m.force_N;
-  e.force_known = m.force_known;
-  e.rest_N = m.rest_N;
-  e.free_N = m.free_N;
-  e.against_N = m.against_N;
-  e.drift_N_s = m.drift_N_s;
-  e.waver_N = m.waver_N;
-  e.target_m = m.target_m;
-  e.holds = m.holds;
-  e.worst_N = m.worst_N;
-  return e;
-}
-
-Plausibility::Motion motion_of(const WatchInputEvent& e, const FrameCapabilities& caps) {
-  Plausibility::Motion m;
-  m.direction = e.direction.value_or(0);
-  m.speed_m_s = e.speed_m_s.value_or(0);
-  m.rate_N_s = e.rate_N_s.value_or(0);
-  m.force_N = e.force_N.value_or(0);
-  m.force_known = e.force_known.value_or(true);
-  m.rest_N = e.rest_N.value_or(0);
-  m.free_N = e.free_N;
-  m.against_N = e.against_N.value_or(0);
-  m.drift_N_s = e.drift_N_s.value_or(0);
-  m.waver_N = e.waver_N.value_or(0);
-  m.target_m = e.target_m;
-  m.holds = e.holds.value_or(false);
-  m.worst_N = e.worst_N;
-  m.shown_after = shown_after(caps);
-  return m;
-}
-
-Pressing::Permit permit_of(const WatchInputEvent& e) {
-  Pressing::Permit p;
-  p.threshold_N = e.threshold_N;
-  p.limits.force_max = Force::from_si(e.limit_N.value_or(0));
-  p.worst_N = e.worst_N.value_or(0);
-  p.expected_N = e.expected_N;
-  p.presses = e.presses.value_or(false);
-  p.from_m = e.travel_m;
-  return p;
-}
-
-MotionOutcome outcome_of(const WatchInputEvent& e) {
-  MotionOutcome o;
-  o.reason = parse_word<MotionEnd>(e.reason.value_or("")).value_or(MotionEnd::fault);
-  o.force_N = e.force_N;
-  o.travel_m = e.travel_m;
-  return o;
-}
-
-}  // namespace
-
-FrameWatch::FrameWatch(WatchedRig rig, Pressing* pressing, Hooks hooks)
-    : rig_(std::move(rig)),
-      pressing_(pressing),
-      hooks_(std::move(hooks)),
-      guard_(rig_.limits, stale_after(rig_.rate_Hz), rig_.cell),
-      truth_(rig_, guard_, pressing_, hooks_.figures) {}
-
-std::optional<Comparison> FrameWatch::add_pressed(std::span<const FrameSample> samples) {
-  return pressing_ != nullptr ? pressing_->add(samples) : std::nullopt;
-}
-
-std::optional<Contradiction> FrameWatch::check(const FrameSample& sample) {
-  auto no = truth_.check(sample);
-  return no ? std::move(no) : truth_.check_fall(sample);
+std::vector<Finding> FrameWatch::add(const FrameSample& sample) {
+  ++samples_;
+  const std::optional<ForceComparison> compared = rig_.apply(sample);
+  check_invariants();
+  return find(rig_, Sight{sample, compared});
 }
 
 void FrameWatch::set_prepared(bool yes) {
-  if (yes == prepared_) return;
-  WatchInputEvent e(WatchInput::prepared);
-  e.on = yes;
-  record(std::move(e));
+  if (yes != rig_.is_prepared) record_switch(WatchInput::prepared, yes);
 }
 
 void FrameWatch::note_stop_pending(bool yes) {
-  if (yes == stop_pending_) return;
-  WatchInputEvent e(WatchInput::stop_pending);
-  e.on = yes;
-  record(std::move(e));
+  if (yes != rig_.is_stop_pending) record_switch(WatchInput::stop_pending, yes);
 }
 
-void FrameWatch::order(const Plausibility::Motion& motion) {
-  record(input_of(motion));
-}
-
-void FrameWatch::permit(const Pressing::Permit& permit) {
-  WatchInputEvent e(WatchInput::permit);
-  e.threshold_N = permit.threshold_N;
-  e.limit_N = permit.limits.force_max.si();
-  e.worst_N = permit.worst_N;
-  e.expected_N = permit.expected_N;
-  e.presses = permit.presses;
-  e.travel_m = permit.from_m;
-  record(std::move(e));
-}
-
-void FrameWatch::motion_stood(std::optional<double> force_N, std::optional<double> travel_m) {
+void FrameWatch::motion_stood(const MotionOutcome& outcome) {
   WatchInputEvent e(WatchInput::motion_end);
-  e.force_N = force_N;
-  e.travel_m = travel_m;
+  e.force_N = outcome.force_N;
+  e.travel_m = outcome.travel_m;
   record(std::move(e));
 }
 
 void FrameWatch::stand(std::optional<double> travel_m) {
-  WatchInputEvent e(WatchInput::standstill);
-  e.travel_m = travel_m;
-  record(std::move(e));
+  record_travel(WatchInput::standstill, travel_m);
 }
 
-std::optional<Comparison> FrameWatch::compare(const MotionOutcome& outcome, double noise_N) {
+std::optional<ForceComparison> FrameWatch::compare(const MotionOutcome& outcome, double noise_N) {
   WatchInputEvent e(WatchInput::compared);
   e.reason = std::string(to_string(outcome.reason));
   e.force_N = outcome.force_N;
@@ -139,39 +44,67 @@ std::optional<Comparison> FrameWatch::compare(const MotionOutcome& outcome, doub
   return record(std::move(e));
 }
 
-void FrameWatch::watch_age(bool on) {
-  WatchInputEvent e(WatchInput::age_watched);
-  e.on = on;
-  record(std::move(e));
-}
-
-void FrameWatch::allow_return(double noise_N) {
+void FrameWatch::start_retreat() {
   WatchInputEvent e(WatchInput::retreat);
-  e.noise_N = noise_N;
+  e.noise_N = rig_.cell.noise_bound_N();
   record(std::move(e));
 }
 
-void FrameWatch::learn_rest(const Rest& rest, FrameTruth::Under under) {
-  const bool bare = under == FrameTruth::Under::nothing;
-  record(
-      look(bare ? WatchInput::rest_measurement : WatchInput::rest_measurement_near_contact, rest),
-      &rest);
+void FrameWatch::learn_zero(const RestMeasurement& rest, Under under) {
+  const bool unloaded = under == Under::nothing;
+  record(naming(unloaded ? WatchInput::rest_measurement : WatchInput::rest_measurement_near_contact,
+                rest),
+         &rest);
+  set_limits_zero(rest);
 }
 
-void FrameWatch::set_rest_force(const Rest& rest) {
+void FrameWatch::set_limits_zero(const RestMeasurement& rest) {
   WatchInputEvent e(WatchInput::zero);
   e.force_N = rest.force_N();
   e.noise_N = rest.scatter_N();
   record(std::move(e));
 }
 
-void FrameWatch::distrust_pressing(std::string why) {
-  WatchInputEvent e(WatchInput::pressing_locked_out);
-  e.reason = std::move(why);
+void FrameWatch::zeroed(const RestMeasurement& before, bool force, bool travel, double pressed_N) {
+  WatchInputEvent e(WatchInput::force_zeroed);
+  if (force) e.force_N = before.force_N();
+  record(std::move(e));
+  if (force) record_force(WatchInput::zero_hides, pressed_N);
+  if (travel) record_travel(WatchInput::travel_zeroed, before.travel_m().value_or(0));
+}
+
+// If the zero hides a pressing force, the unloaded cell will show that force with the opposite
+// sign, which then does not mean a pull.
+void FrameWatch::zero_measured(const RestMeasurement& before, const RestMeasurement& after,
+                               double pressed_N) {
+  if (pressed_N > 0) {
+    record_force(WatchInput::zero_took, before.force_N() - after.force_N());
+    set_limits_zero(after);
+  } else {
+    learn_zero(after);
+  }
+}
+
+void FrameWatch::take_over_zeros(bool zeroed, std::optional<double> sum_N) {
+  WatchInputEvent e(WatchInput::zeros_taken_over);
+  e.on = zeroed;
+  e.force_N = sum_N;
   record(std::move(e));
 }
 
-void FrameWatch::know_contact(double travel_m, double felt_N, double least_N_m) {
+void FrameWatch::lock_out_motion(Error why) {
+  record_reason(WatchInput::motion_locked_out, why.what);
+  rig_.trust.no_motion = std::move(why);  // with its code, which is not stored
+}
+
+void FrameWatch::place_contact(double travel_m, double force_N) {
+  WatchInputEvent e(WatchInput::contact);
+  e.travel_m = travel_m;
+  e.force_N = force_N;
+  record(std::move(e));
+}
+
+void FrameWatch::know_least_stiffness(double travel_m, double felt_N, double least_N_m) {
   WatchInputEvent e(WatchInput::least_stiffness);
   e.travel_m = travel_m;
   e.force_N = felt_N;
@@ -179,15 +112,11 @@ void FrameWatch::know_contact(double travel_m, double felt_N, double least_N_m) 
   record(std::move(e));
 }
 
-void FrameWatch::measured(double felt_N, double most_N_m) {
+void FrameWatch::know_largest_stiffness(double felt_N, double most_N_m) {
   WatchInputEvent e(WatchInput::largest_stiffness);
   e.force_N = felt_N;
   e.stiffness_N_m = most_N_m;
   record(std::move(e));
-}
-
-void FrameWatch::not_measured(const std::string& why) {
-  if (pressing_ != nullptr) pressing_->not_measured(why);
 }
 
 void FrameWatch::record_force(WatchInput what, double force_N) {
@@ -196,14 +125,26 @@ void FrameWatch::record_force(WatchInput what, double force_N) {
   record(std::move(e));
 }
 
-void FrameWatch::record_travel(WatchInput what, double travel_m) {
+void FrameWatch::record_travel(WatchInput what, std::optional<double> travel_m) {
   WatchInputEvent e(what);
   e.travel_m = travel_m;
   record(std::move(e));
 }
 
-// The samples of the look are stored, so their numbers are enough.
-WatchInputEvent FrameWatch::look(WatchInput what, const Rest& rest) {
+void FrameWatch::record_switch(WatchInput what, bool on) {
+  WatchInputEvent e(what);
+  e.on = on;
+  record(std::move(e));
+}
+
+void FrameWatch::record_reason(WatchInput what, std::string why) {
+  WatchInputEvent e(what);
+  e.reason = std::move(why);
+  record(std::move(e));
+}
+
+// The samples of the measurement are stored, so their numbers are enough.
+WatchInputEvent FrameWatch::naming(WatchInput what, const RestMeasurement& rest) {
   WatchInputEvent e(what);
   e.from_sample = rest.from_sample();
   e.to_sample = rest.from_sample() + rest.samples();
@@ -215,136 +156,79 @@ WatchInputEvent FrameWatch::look(WatchInput what, const Rest& rest) {
   return e;
 }
 
-std::optional<Comparison> FrameWatch::record(WatchInputEvent input, const Rest* rest) {
+std::optional<ForceComparison> FrameWatch::record(WatchInputEvent input,
+                                                  const RestMeasurement* rest) {
   input.samples = samples_;
-  if (judging_) input.judging = true;
+  if (answering_) input.judging = true;
   hooks_.store(input);
   return apply(input, rest, hooks_.now());
 }
 
-std::optional<Comparison> FrameWatch::apply(const WatchInputEvent& e, const Rest* rest,
-                                            MonoTime at) {
-  const double force_N = e.force_N.value_or(0), travel_m = e.travel_m.value_or(0);
-  const bool presses = pressing_ != nullptr;
-  switch (e.what) {
-    case WatchInput::prepared: prepared_ = e.on.value_or(false); break;
-    case WatchInput::stop_pending: stop_pending_ = e.on.value_or(false); break;
-    case WatchInput::order: truth_.begin(motion_of(e, rig_.frame), at); break;
-    case WatchInput::permit:
-      if (presses) pressing_->begin(permit_of(e));
-      break;
-    case WatchInput::compared:
-      if (presses) return pressing_->end(outcome_of(e), e.noise_N.value_or(0));
-      break;
-    case WatchInput::motion_end: guard_.take_standstill(e.force_N, e.travel_m); break;
-    case WatchInput::standstill: truth_.stand(at, e.travel_m); break;
-    case WatchInput::motion_unknown: truth_.look_away(); break;
-    case WatchInput::rest_measurement:
-    case WatchInput::rest_measurement_near_contact:
-    case WatchInput::noise:
-    case WatchInput::live_cell:
-      if (rest != nullptr) learn(e.what, *rest);
-      break;
-    case WatchInput::zero_before_contact: truth_.learn_unpulled(force_N); break;
-    case WatchInput::force_zeroed: truth_.zero_force(at); break;
-    case WatchInput::zero_hides: guard_.set_zero_under_load(force_N); break;
-    case WatchInput::zero_took: truth_.learn_zero_under_load(force_N); break;
-    case WatchInput::zero: guard_.set_rest_force(force_N, e.noise_N.value_or(0)); break;
-    case WatchInput::force_invalid:
-      truth_.distrust_force();
-      guard_.distrust_zero(rig_.frame.force_max.si());
-      break;
-    case WatchInput::pressing_locked_out:
-      if (presses) pressing_->distrust(e.reason.value_or(""));
-      break;
-    case WatchInput::contact:
-      truth_.forget_contact();  // unknown until its stiffness is measured
-      guard_.place_contact(travel_m);
-      break;
-    case WatchInput::least_stiffness:
-      truth_.know_contact(at, travel_m, force_N, e.stiffness_N_m.value_or(0));
-      break;
-    case WatchInput::largest_stiffness:
-      if (presses) pressing_->measured(force_N, e.stiffness_N_m.value_or(0));
-      break;
-    case WatchInput::travel_zeroed:
-      truth_.zero_travel(travel_m);
-      guard_.zero_travel(travel_m);
-      break;
-    case WatchInput::force_loop:
-      if (presses) pressing_->leave_to_loop();
-      break;
-    case WatchInput::age_watched: guard_.set_watch_age(e.on.value_or(false)); break;
-    case WatchInput::age_restarted: guard_.restart_age(at); break;
-    case WatchInput::stopping: guard_.expect_standstill(); break;
-    case WatchInput::ended: ended_ = true; break;
-    case WatchInput::retreat: guard_.allow_return(e.noise_N.value_or(0)); break;
-  }
-  return std::nullopt;
+std::optional<ForceComparison> FrameWatch::apply(const WatchInputEvent& input,
+                                                 const RestMeasurement* rest, MonoTime at) {
+  RigState::Applied done = rig_.apply(input, rest, at);
+  if (done.tolerances) hooks_.tolerances(rig_.tolerances);
+  check_invariants();
+  return std::move(done.compared);
 }
 
-void FrameWatch::learn(WatchInput what, const Rest& rest) {
-  switch (what) {
-    case WatchInput::rest_measurement: return truth_.learn_rest(rest);
-    case WatchInput::rest_measurement_near_contact:
-      return truth_.learn_rest(rest, FrameTruth::Under::perhaps_contact);
-    case WatchInput::noise: return truth_.learn_scatter(rest);
-    default: return truth_.see_alive(rest);
-  }
+// One report is enough.
+void FrameWatch::check_invariants() {
+  auto broken = rig_.broken_invariant();
+  if (!broken || std::exchange(is_broken_, true)) return;
+  hooks_.broken("a fault of this program, its state of the rig contradicts itself: " + *broken);
 }
 
 WatchSetupEvent FrameWatch::setup_event() const {
-  const BoundLimits& limits = rig_.limits;
+  const RigFacts& facts = rig_.facts;
   WatchSetupEvent e;
-  e.commands = rig_.commands;
-  e.rate_Hz = rig_.rate_Hz;
-  e.force_min_N = limits.force_min_N;
-  e.force_max_N = limits.force_max_N;
-  e.travel_min_m = limits.travel_min_m;
-  e.travel_max_m = limits.travel_max_m;
-  e.gap_min_m = limits.gap_min_m;
-  e.gap_max_m = limits.gap_max_m;
-  e.speed_max_m_s = limits.speed_max_m_s;
-  e.cell_class_percent = rig_.cell.percent();
-  if (pressing_ == nullptr) return e;
+  e.commands = facts.commands;
+  e.rate_Hz = facts.rate_Hz;
+  e.force_min_N = facts.limits.force_min_N;
+  e.force_max_N = facts.limits.force_max_N;
+  e.travel_min_m = facts.limits.travel_min_m;
+  e.travel_max_m = facts.limits.travel_max_m;
+  e.gap_min_m = facts.limits.gap_min_m;
+  e.gap_max_m = facts.limits.gap_max_m;
+  e.speed_max_m_s = facts.limits.speed_max_m_s;
+  e.cell_class_percent = facts.cell.percent();
+  if (!rig_.forecast) return e;
   const auto table = [](const std::optional<ForceBound>& bound) {
     return bound ? std::optional(bound->table_N_m()) : std::nullopt;
   };
-  const Forecast& forecast = pressing_->forecast();
-  e.at_most_N_m = forecast.bound().table_N_m();
-  e.expected_N_m = table(forecast.expected());
-  e.if_free_N_m = table(forecast.if_free());
+  e.at_most_N_m = rig_.forecast->bound().table_N_m();
+  e.expected_N_m = table(rig_.forecast->expected());
+  e.if_free_N_m = table(rig_.forecast->if_free());
   return e;
 }
 
-Result<WatchedRig> rig_of(const WatchSetupEvent& e, FrameCapabilities frame) {
+Result<RigFacts> rig_of(const WatchSetupEvent& e, FrameCapabilities frame) {
   if (!is_force_class(e.cell_class_percent) || !(e.rate_Hz > 0)) {
     return fail(Errc::garbled,
                 "the event `watch_setup` states no class of the load cell, or no rate");
   }
-  WatchedRig rig;
-  rig.commands = e.commands;
-  rig.rate_Hz = e.rate_Hz;
-  rig.limits.force_min_N = e.force_min_N;
-  rig.limits.force_max_N = e.force_max_N;
-  rig.limits.travel_min_m = e.travel_min_m;
-  rig.limits.travel_max_m = e.travel_max_m;
-  rig.limits.gap_min_m = e.gap_min_m;
-  rig.limits.gap_max_m = e.gap_max_m;
-  rig.limits.speed_max_m_s = e.speed_max_m_s;
-  rig.cell = ForceClass(e.cell_class_percent);
-  rig.frame = std::move(frame);
-  return rig;
+  RigFacts facts;
+  facts.commands = e.commands;
+  facts.rate_Hz = e.rate_Hz;
+  facts.limits.force_min_N = e.force_min_N;
+  facts.limits.force_max_N = e.force_max_N;
+  facts.limits.travel_min_m = e.travel_min_m;
+  facts.limits.travel_max_m = e.travel_max_m;
+  facts.limits.gap_min_m = e.gap_min_m;
+  facts.limits.gap_max_m = e.gap_max_m;
+  facts.limits.speed_max_m_s = e.speed_max_m_s;
+  facts.cell = ForceClass(e.cell_class_percent);
+  facts.frame = std::move(frame);
+  return facts;
 }
 
-std::optional<Pressing> pressing_of(const WatchSetupEvent& e, const WatchedRig& rig) {
+std::optional<Forecast> forecast_of(const WatchSetupEvent& e, const RigFacts& facts) {
   if (!e.at_most_N_m) return std::nullopt;
   const auto bound = [](const std::optional<std::vector<double>>& table) {
     return table ? std::optional(ForceBound::from_table(*table)) : std::nullopt;
   };
-  Forecast forecast(rig.frame, ForceBound::from_table(*e.at_most_N_m), bound(e.expected_N_m),
-                    bound(e.if_free_N_m));
-  return Pressing(std::move(forecast), rig.frame);
+  return std::optional<Forecast>(std::in_place, facts.frame, ForceBound::from_table(*e.at_most_N_m),
+                                 bound(e.expected_N_m), bound(e.if_free_N_m));
 }
 
 }  // namespace lcrig

@@ -1,111 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watch over the frame: the limits (Guard), whether its samples are valid (FrameTruth), and
-// whether a motion pressed as predicted (Pressing). Everybody may read them. Whatever changes their
-// state besides the samples is an input, which is stored as an event before it is applied, and can
-// be applied again to the watch of a stored run (watch_replay.hpp).
+// The watch over the frame: the state of the rig, and the checks of its samples. Everybody may read
+// the state. Whatever changes it besides the samples is an input, which is stored as an event
+// before it is applied, and can be applied again to the state of a stored run (watch_replay.hpp).
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
+#include <vector>
 
-#include "protocols/run/frame_truth.hpp"
+#include "protocols/checks/check.hpp"
+#include "protocols/rig/rig_state.hpp"
+#include "protocols/run/scoped_flag.hpp"
 
 namespace lcrig {
-
-using Comparison = Pressing::Comparison;
 
 class FrameWatch {
  public:
   struct Hooks {
     std::function<MonoTime()> now;
     std::function<void(const WatchInputEvent&)> store;
-    FrameTruth::TellFigures figures;
+    std::function<void(const Tolerances&)> tolerances;  // new ones
+    std::function<void(std::string)> broken;  // an invariant of the state: a fault of this program
   };
-  // `pressing`: nullptr for a frame that cannot move.
-  FrameWatch(WatchedRig rig, Pressing* pressing, Hooks hooks);
+  // `forecast`: absent for a frame that cannot move.
+  FrameWatch(RigFacts facts, std::optional<Forecast> forecast, Hooks hooks);
   FrameWatch(const FrameWatch&) = delete;
   FrameWatch& operator=(const FrameWatch&) = delete;
 
-  const WatchedRig& rig() const { return rig_; }
-  const Guard& guard() const { return guard_; }
-  const FrameTruth& truth() const { return truth_; }
-  const Pressing* pressing() const { return pressing_; }
-
-  // Samples. `begin_sample` counts one; inputs until `end_sample` follow from it.
-  std::optional<Comparison> add_pressed(std::span<const FrameSample> samples);
-  void begin_sample() { ++samples_, judging_ = true; }
-  std::optional<Contradiction> check(const FrameSample& sample);
-  std::optional<std::string> check_limits(const FrameSample& sample) {
-    return guard_.check(sample);
-  }
-  void end_sample() { judging_ = false; }
+  const RigState& rig() const { return rig_; }
+  // Takes a sample, and returns what the checks find in it.
+  std::vector<Finding> add(const FrameSample& sample);
+  // While the flag lives, inputs follow from the last sample.
+  ScopedFlag answer_sample() { return ScopedFlag(answering_); }
 
   // The frame's state, and what this run asks of it.
   void set_prepared(bool yes);
   void note_stop_pending(bool yes);
-  void order(const Plausibility::Motion& motion);
-  void permit(const Pressing::Permit& permit);
-  void motion_stood(std::optional<double> force_N, std::optional<double> travel_m);
+  void order(const Order& order) { record(to_input(order)); }
+  void permit(const Permit& permit) { record(to_input(permit)); }
+  void motion_stood(const MotionOutcome& outcome);
   void stand(std::optional<double> travel_m = std::nullopt);
-  void look_away() { record(WatchInputEvent(WatchInput::motion_unknown)); }
-  std::optional<Comparison> compare(const MotionOutcome& outcome, double noise_N);
+  void lose_motion() { record(WatchInputEvent(WatchInput::motion_unknown)); }
+  // `noise_N`: of a sample, at most.
+  std::optional<ForceComparison> compare(const MotionOutcome& outcome, double noise_N);
   void leave_to_loop() { record(WatchInputEvent(WatchInput::force_loop)); }
-  void watch_age(bool on);
+  void watch_age(bool on) { record_switch(WatchInput::age_watched, on); }
   void restart_age() { record(WatchInputEvent(WatchInput::age_restarted)); }
+  void link_back() { record(WatchInputEvent(WatchInput::link_back)); }
+  void start_at(std::optional<double> travel_m) { record_travel(WatchInput::run_start, travel_m); }
   void expect_standstill() { record(WatchInputEvent(WatchInput::stopping)); }
-  void allow_return(double noise_N);
+  void start_retreat();
   void end() { record(WatchInputEvent(WatchInput::ended)); }
 
-  // The cell.
-  void learn_rest(const Rest& rest, FrameTruth::Under under = FrameTruth::Under::nothing);
-  void learn_scatter(const Rest& rest) { record(look(WatchInput::noise, rest), &rest); }
-  void see_alive(const Rest& rest) { record(look(WatchInput::live_cell, rest), &rest); }
-  void learn_unpulled(double force_N) { record_force(WatchInput::zero_before_contact, force_N); }
-  void set_rest_force(const Rest& rest);
-  void zero_force() { record(WatchInputEvent(WatchInput::force_zeroed)); }
-  // A zero under load hides `hidden_N` from the limits, and took `taken_N` from the cell.
-  void hide(double hidden_N) { record_force(WatchInput::zero_hides, hidden_N); }
-  void take_out(double taken_N) { record_force(WatchInput::zero_took, taken_N); }
-  void distrust_force() { record(WatchInputEvent(WatchInput::force_invalid)); }
-  void distrust_pressing(std::string why);
+  // The cell. The zero that limits use is that of the last rest measurement.
+  enum class Under { nothing, perhaps_contact };  // what the probe touches
+  void learn_zero(const RestMeasurement& rest, Under under = Under::nothing);
+  void learn_noise(const RestMeasurement& rest) { record(naming(WatchInput::noise, rest), &rest); }
+  void see_alive(const RestMeasurement& rest) {
+    record(naming(WatchInput::live_cell, rest), &rest);
+  }
+  void learn_untouched(double zero_N) { record_force(WatchInput::zero_before_contact, zero_N); }
+  // A zero that this run asked for, of what `before` showed, as of now. `pressed_N`: the force of
+  // the probe on the specimen, which it hides from the limits; 0: none, or no zero of the force.
+  void zeroed(const RestMeasurement& before, bool force, bool travel, double pressed_N);
+  // What the cell shows after it.
+  void zero_measured(const RestMeasurement& before, const RestMeasurement& after, double pressed_N);
+  void take_over_zeros(bool zeroed, std::optional<double> sum_N);
+  void invalidate_force() { record(WatchInputEvent(WatchInput::force_invalid)); }
+  void lock_out_pressing(std::string why) {
+    record_reason(WatchInput::pressing_locked_out, std::move(why));
+  }
+  // From now on nothing moves the frame.
+  void lock_out_motion(Error why);
 
-  // The contact.
-  void place_contact(double travel_m) { record_travel(WatchInput::contact, travel_m); }
-  void know_contact(double travel_m, double felt_N, double least_N_m);
-  void measured(double felt_N, double most_N_m);
-  void zero_travel(double travel_m) { record_travel(WatchInput::travel_zeroed, travel_m); }
-  // Words for refusals; no judge depends on them.
-  void not_measured(const std::string& why);
+  // The contact. `force_N`: there, beyond zero.
+  void place_contact(double travel_m, double force_N);
+  void take_over_contact(std::optional<double> travel_m) {
+    record_travel(WatchInput::contact_taken_over, travel_m);
+  }
+  void lose_contact() { record(WatchInputEvent(WatchInput::contact_unknown)); }
+  void know_depth(double depth_m) { record_travel(WatchInput::contact_depth, depth_m); }
+  void search_from(std::optional<double> travel_m) { record_travel(WatchInput::search, travel_m); }
+  void know_least_stiffness(double travel_m, double felt_N, double least_N_m);
+  void know_largest_stiffness(double felt_N, double most_N_m);
+  // Words for refusals; no check depends on them.
+  void not_measured(const std::string& why) { rig_.contact.not_measured = ": " + why; }
 
   // Applies an input again. `rest`: the rest measurement that it names.
-  std::optional<Comparison> apply(const WatchInputEvent& input, const Rest* rest, MonoTime at);
-  bool is_prepared() const { return prepared_; }
-  bool stop_pending() const { return stop_pending_; }
-  bool has_ended() const { return ended_; }
-  // For the event at the beginning of a run.
+  std::optional<ForceComparison> apply(const WatchInputEvent& input, const RestMeasurement* rest,
+                                       MonoTime at);
+  // For the event at the start of a run.
   WatchSetupEvent setup_event() const;
 
  private:
-  std::optional<Comparison> record(WatchInputEvent input, const Rest* rest = nullptr);
-  void learn(WatchInput what, const Rest& rest);
+  std::optional<ForceComparison> record(WatchInputEvent input,
+                                        const RestMeasurement* rest = nullptr);
   void record_force(WatchInput what, double force_N);
-  void record_travel(WatchInput what, double travel_m);
-  static WatchInputEvent look(WatchInput what, const Rest& rest);
+  void record_travel(WatchInput what, std::optional<double> travel_m);
+  void record_switch(WatchInput what, bool on);
+  void record_reason(WatchInput what, std::string why);
+  void set_limits_zero(const RestMeasurement& rest);
+  void check_invariants();
+  static WatchInputEvent naming(WatchInput what, const RestMeasurement& rest);
 
-  const WatchedRig rig_;
-  Pressing* const pressing_;
+  RigState rig_;
   const Hooks hooks_;
-  Guard guard_;
-  FrameTruth truth_;
   std::int64_t samples_ = 0;
-  bool judging_ = false, prepared_ = false, stop_pending_ = false, ended_ = false;
+  bool is_broken_ = false, answering_ = false;
 };
 
-// The rig and the forecast that a stored run began with. Errors: garbled.
-Result<WatchedRig> rig_of(const WatchSetupEvent& setup, FrameCapabilities frame);
-std::optional<Pressing> pressing_of(const WatchSetupEvent& setup, const WatchedRig& rig);
+// The rig and the forecast that a stored run started with. Errors: garbled.
+Result<RigFacts> rig_of(const WatchSetupEvent& setup, FrameCapabilities frame);
+std::optional<Forecast> forecast_of(const WatchSetupEvent& setup, const RigFacts& facts);
 
 }  // namespace lcrig

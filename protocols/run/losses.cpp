@@ -42,15 +42,15 @@ void Losses::lose_meter(Error error) {
 
 void Losses::lose_frame(Error error) {
   run_.watch.watch_age(false);
-  run_.watch.look_away();
+  run_.watch.lose_motion();
   run_.drive.lose_link();
   if (!memory_at_loss_) {
-    memory_at_loss_ = run_.view.memory();
+    memory_at_loss_ = run_.rig.frame.seen;
     memory_at_loss_->origin = run_.setup.frame.origin();
     // Samples without device times give no speed.
     if (run_.motions.in_motion()) memory_at_loss_->begun_m_s = run_.motions.last_speed_m_s();
   }
-  lose(frame_, run_.view.last_sample(), std::move(error));
+  lose(frame_, run_.rig.frame.last_sample, std::move(error));
 }
 
 void Losses::lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error) {
@@ -97,8 +97,8 @@ void Losses::judge_age(std::span<const FrameSample> samples) {
 void Losses::look() {
   const MonoTime now = run_.setup.clock.now();
   const bool away_before = is_away();
-  if (auto why = run_.guard.check_age(now); why && !run_.interrupts.stop_pending()) {
-    lose_frame(Error(Errc::no_reply, std::move(*why)));
+  if (auto silence = find_silence(run_.rig, now); silence && !run_.interrupts.stop_pending()) {
+    lose_frame(Error(Errc::no_reply, std::move(silence->why)));
   }
   if (auto why = run_.sampler.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
   const bool finishing = run_.interrupts.finishing();
@@ -309,10 +309,10 @@ Task<Result<>> Losses::rejoin_frame() {
     if (!stopped) co_return stopped;
   }
   sample_clock_.forget();
-  run_.view.forget(memory_at_loss_ && memory_at_loss_->zeroed);
+  run_.watch.link_back();
   Result<> same;
   if (memory_at_loss_) same = compare_origin(run_, *memory_at_loss_);
-  if (!same) run_.distrust.distrust_force();  // then its force must not trip a limit
+  if (!same) run_.watch.invalidate_force();  // then its force must not trip a limit
   Result<> armed;
   if (same && !run_.drive.hands_off()) {
     armed = co_await run_.drive.take_command();
@@ -321,14 +321,14 @@ Task<Result<>> Losses::rejoin_frame() {
   }
   if (!armed) co_return armed;
   run_.watch.watch_age(false);
-  auto heard = co_await run_.view.await_samples(run_.needs_force());
+  auto heard = co_await run_.meter.await_samples(run_.needs_force());
   if (!heard) co_return heard;
   if (same && memory_at_loss_) same = compare_place(run_, *memory_at_loss_);
   run_.watch.restart_age();
   run_.watch.watch_age(run_.setup.moves());
   run_.watch.stand();
   welcome(frame_);
-  if (!same) run_.distrust.lose_origin(same.error().what);
+  if (!same) run_.response.lose_origin(same.error().what);
   co_return Result<>();
 }
 
@@ -355,33 +355,33 @@ Task<> Losses::bring_frame_back() {
   } while (frame_ && run_.setup.clock.now() < limit);
 }
 
-Result<> compare_origin(RunParts& run, const FrameMemory& before) {
+Result<> compare_origin(RunParts& run, const LastSeen& before) {
   if (!run.setup.moves() || !before.origin) return {};
   const auto now = run.setup.frame.origin();
   if (now == before.origin) return {};
-  const bool cut = run.distrust.has_cut_zero();
+  const bool cut = run.response.has_cut_zero();
   return fail(Errc::refused,
               "the zero of force or travel was {} (origin {}, before it was {}): what the frame "
               "shows means nothing to this run any more",
-              cut ? fmt::format("changed {}", run.distrust.cause_of_zero())
+              cut ? fmt::format("changed {}", run.response.cause_of_zero())
                   : std::string("lost or changed meanwhile"),
               now.value_or("not stated"), *before.origin);
 }
 
-Result<> compare_place(RunParts& run, const FrameMemory& before) {
+Result<> compare_place(RunParts& run, const LastSeen& before) {
   if (!run.setup.moves()) return {};  // other users may have moved it anywhere
   FrameTolerance allowed;
   allowed.force_N = kForceTolerance * (run.setup.limits.force_max_N - run.setup.limits.force_min_N);
   allowed.deceleration = run.setup.frame.capabilities().deceleration;
   allowed.cell = run.setup.cell;
-  allowed.rest_N = run.truth.rest_N();
-  allowed.noise_N = run.truth.noise_N();
-  if (run.pressing != nullptr) {
+  allowed.rest_N = run.rig.cell.zero_N();
+  allowed.noise_N = run.rig.cell.noise_N();
+  if (run.rig.forecast) {
     allowed.force_after_N = [&run](double felt_N, double way_m) {
-      return run.pressing->forecast().bound().force_after_N(felt_N, way_m);
+      return run.rig.forecast->bound().force_after_N(felt_N, way_m);
     };
   }
-  return compare_frame(before, run.view.memory(), allowed);
+  return compare_frame(before, run.rig.frame.seen, allowed);
 }
 
 }  // namespace lcrig

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/run/frame_memory.hpp"
+#include "protocols/rig/last_seen.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/run_parts.hpp"
 #include "protocols/run/sample_clock.hpp"
@@ -79,7 +79,7 @@ class Losses {
 
   RunParts& run_;
   std::optional<Away> meter_, frame_;
-  std::optional<FrameMemory> memory_at_loss_;  // the frame's state before the loss
+  std::optional<LastSeen> memory_at_loss_;  // the frame's state before the loss
   std::optional<MonoTime> last_reading_;
   std::vector<MonoTime> losses_;  // in the last minute
   std::size_t losses_in_finally_ = 0;
@@ -92,7 +92,7 @@ class Losses {
 
 // Compare a frame that comes back, after a loss or in a later run, with the one that was left.
 // Errors: refused, saying what differs; then nothing may be moved.
-Result<> compare_origin(RunParts& run, const FrameMemory& before);  // before the frame is armed
-Result<> compare_place(RunParts& run, const FrameMemory& before);  // once it sends samples
+Result<> compare_origin(RunParts& run, const LastSeen& before);  // before the frame is armed
+Result<> compare_place(RunParts& run, const LastSeen& before);  // once it sends samples
 
 }  // namespace lcrig

@@ -7,6 +7,8 @@
 #include <variant>
 
 #include "base/either.hpp"
+#include "protocols/rig/corridor.hpp"
+#include "protocols/rig/permit.hpp"
 #include "protocols/run/scoped_flag.hpp"
 
 namespace lcrig {
@@ -73,23 +75,22 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   if (r.index() == 1) co_return too_long();
   auto& outcome = std::get<0>(r);
   if (!outcome) {
-    watch_.look_away();  // nobody knows whether it moves now
+    watch_.lose_motion();  // nobody knows whether it moves now
     co_return fail(outcome.error());
   }
   log_.event(ended_event<EventKind::motion>(*outcome));
   see_end(order, *outcome);
-  const double end_N = outcome->force_N.value_or(view_.force_N().value_or(0));
+  const double end_N = outcome->force_N.value_or(rig_.frame.force_N.value_or(0));
   const bool fell = end_N < order.motion.force_N;
   if (order.either_side && outcome->reason == MotionEnd::force_limit && fell) co_return *outcome;
   co_return judge_end(log_.step_id(), order, std::move(*outcome));
 }
 
 void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
-  watch_.motion_stood(outcome.force_N, outcome.travel_m);
-  view_.take_standstill(outcome);
+  watch_.motion_stood(outcome);
   const bool holds = order.motion.direction == 0 && outcome.reason == MotionEnd::target;
   if (holds) {
-    watch_.order(truth_.hold_now(view_.shown_force()));
+    watch_.order(rig_.hold_now(meter_.noise_N()));
   } else {
     watch_.stand(outcome.travel_m);
   }
@@ -98,30 +99,30 @@ void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
 // How far the frame is from the intended end of the motion, by its own report and by its samples.
 // Empty when both agree with it.
 std::string Motions::disagreement(const MotionOrder& order, const MotionOutcome& outcome) const {
-  const WatchFigures& f = *truth_.figures();
+  const Tolerances& f = rig_.tolerances;
   if (order.travel_m) {
-    for (const auto& x : {outcome.travel_m, view_.shown_travel_m()}) {
+    for (const auto& x : {outcome.travel_m, rig_.frame.shown_travel_m}) {
       if (!x || std::abs(*x - *order.travel_m) <= f.order_travel_m) continue;
       return fmt::format("it was to go to {:.4f} mm, and shows {:.4f} mm", *order.travel_m * 1e3,
                          *x * 1e3);
     }
   }
-  if (!order.force_N || guard_.is_distrusted()) return {};
-  const double rest_N = truth_.rest_N();
+  if (!order.force_N || !rig_.trust.force) return {};
+  const double rest_N = rig_.cell.zero_N();
   const double felt_N =
       std::max(std::abs(*order.force_N - rest_N), std::abs(order.motion.force_N - rest_N));
   const double allowed_N =
-      f.order_force_N + order.waver_N + kSettles * felt_N + truth_.zero_doubt_N();
-  for (const auto& force : {outcome.force_N, view_.shown_force_N()}) {
+      f.order_force_N + order.loop_N + kSettles * felt_N + rig_.zero_uncertainty_N();
+  for (const auto& force : {outcome.force_N, rig_.frame.shown_force_N}) {
     if (!force || is_there(*force, *order.force_N, order.side, allowed_N)) continue;
     return fmt::format("it was to go to {:.4f} N, and shows {:.4f} N", *order.force_N, *force);
   }
   return {};
 }
 
-Task<Result<>> Motions::believe(const MotionOrder& order, const MotionOutcome& outcome) const {
-  if (truth_.figures() == nullptr || outcome.reason != MotionEnd::target) co_return Result<>();
-  const MonoTime limit = setup_.clock.now() + from_seconds(truth_.figures()->settled_s);
+Task<Result<>> Motions::confirm_end(const MotionOrder& order, const MotionOutcome& outcome) const {
+  if (!rig_.is_watched() || outcome.reason != MotionEnd::target) co_return Result<>();
+  const MonoTime limit = setup_.clock.now() + from_seconds(rig_.tolerances.settled_s);
   std::string why = disagreement(order, outcome);
   while (!why.empty() && setup_.clock.now() < limit) {
     co_await setup_.clock.wait_for(10ms);
@@ -141,18 +142,18 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
   watch_.permit(permit);
   if (permit.presses) order.motion.worst_N = permit.worst_N;
   auto outcome = co_await timed(order, std::move(motion), limit);
-  if (pressing_ == nullptr || !outcome) co_return outcome;
-  auto true_word = co_await believe(order, *outcome);
+  if (!rig_.forecast || !outcome) co_return outcome;
+  auto true_word = co_await confirm_end(order, *outcome);
   if (!true_word) co_return fail(true_word.error());
-  const auto seen = watch_.compare(*outcome, truth_.sure_noise_N());
+  const auto seen = watch_.compare(*outcome, rig_.cell.noise_bound_N());
   if (!seen) co_return outcome;
-  tell(*seen);
-  if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
+  report(*seen);
+  if (!seen->exceeded || seen->observed_N <= rig_.force_max_N()) co_return outcome;
   co_return fail(Errc::limit_tripped, "step {}: the force went to {:.4f} N, the limit is {:.4f} N",
-                 log_.step_id(), seen->observed_N, guard_.force_max_N());
+                 log_.step_id(), seen->observed_N, rig_.force_max_N());
 }
 
-void Motions::tell(const Pressing::Comparison& seen) const {
+void Motions::report(const ForceComparison& seen) const {
   if (seen.exceeded) {
     log_.event(seen.event<EventKind::overshoot_exceeded>());
   } else {
@@ -162,35 +163,19 @@ void Motions::tell(const Pressing::Comparison& seen) const {
 
 // A motion that presses needs a cell that was seen to be alive.
 Task<Result<>> Motions::ready_for(const Permit& permit) {
-  if (permit.presses && truth_.needs_look()) {
-    auto rest = co_await view_.living_rest();
+  if (permit.presses && rig_.needs_live_cell()) {
+    auto rest = co_await meter_.measure_alive();
     if (!rest) co_return fail(rest.error());
     watch_.see_alive(*rest);
   }
   co_return co_await drive_.arm(permit.limits);
 }
 
-Pressing::State Motions::pressing_state() const {
-  Pressing::State now;
-  now.limits = guard_.limits();
-  now.force_max_N = guard_.force_max_N();
-  now.noise_N = truth_.noise_N();
-  // As in the plan, a force within the noise counts as zero. Otherwise a speed that the plan
-  // accepted could be refused here.
-  const double rest_N = truth_.rest_N();
-  now.rest_N = std::abs(rest_N) > kNoiseSigmas * now.noise_N ? rest_N : 0;
-  now.travel_m = view_.travel_m();
-  now.force_N = view_.force_N();
-  now.contact_m = contact_.travel_m();
-  now.contact_N = contact_.force_N();
-  return now;
-}
-
 MotionOrder Motions::order_of(double force_N, int side, double speed_m_s) const {
   MotionOrder order;
   order.force_N = force_N;
   order.side = side;
-  order.motion = truth_.motion_now(side, speed_m_s, view_.shown_force());
+  order.motion = rig_.order_now(side, speed_m_s, meter_.noise_N());
   return order;
 }
 
@@ -198,29 +183,27 @@ tl::unexpected<Error> Motions::refused(const Error& error) const {
   return fail(error.code, "step {}: {}", log_.step_id(), error.what);
 }
 
-Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit limit,
-                                  double may_rise_N) {
-  const auto here_m = view_.travel_m();
-  if (guard_.is_distrusted() && here_m && travel_m > *here_m) {
+Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit limit) {
+  const auto here_m = rig_.frame.seen.travel_m;
+  if (!rig_.trust.force && here_m && travel_m > *here_m) {
     log_.event(EventKind::skipped,
                "it leads towards the specimen, and the force is not believed any more");
     co_return Result<>();
   }
   Permit permit;
-  if (pressing_ != nullptr) {
+  if (rig_.forecast) {
     if (!here_m) {
       co_return fail(Errc::no_reply, "step {}: the frame sends no travel", log_.step_id());
     }
-    auto allowed = pressing_->to_travel(pressing_state(), travel_m, speed_m_s);
+    auto allowed = permit_to_travel(rig_, travel_m, speed_m_s);
     if (!allowed) co_return refused(allowed.error());
     permit = *allowed;
   }
   MotionOrder order;
   order.travel_m = travel_m;
   const bool away = here_m && travel_m <= *here_m;
-  order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s, view_.shown_force());
+  order.motion = rig_.order_now(away ? -1 : 1, speed_m_s, meter_.noise_N());
   order.motion.target_m = travel_m;
-  if (away) order.motion.against_N += may_rise_N;
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
   auto outcome = co_await watched(order, permit, std::move(motion), limit);
   if (!outcome) co_return fail(outcome.error());
@@ -229,7 +212,7 @@ Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, TimeLimit l
 
 Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_s, TimeLimit limit,
                                                  std::optional<Search> search) {
-  auto permit = pressing_->to_force(pressing_state(), force_N, speed_m_s);
+  auto permit = permit_to_force(rig_, force_N, speed_m_s);
   if (!permit) co_return refused(permit.error());
   Length guard = permit->guard;
   MotionOrder order = order_of(force_N, 1, speed_m_s);
@@ -239,7 +222,7 @@ Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_
     order.either_side = true;
     const double fall_N = order.motion.force_N - search->least_N;
     order.motion.against_N = std::max(order.motion.against_N, 2 * fall_N);
-  } else if (const auto end_m = truth_.furthest_m(setup_.clock.now(), force_N);
+  } else if (const auto end_m = furthest_m(rig_, setup_.clock.now(), force_N);
              end_m && *end_m < guard.si()) {
     guard = Length::from_si(*end_m);
     order.by_contact = true;
@@ -250,13 +233,13 @@ Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_
 }
 
 Task<Result<>> Motions::to_force(double force_N, double speed_m_s, TimeLimit limit) {
-  const auto present = view_.present_force_N();
+  const auto present = meter_.present_force_N();
   if (!present) co_return fail(present.error());
   Result<MotionOutcome> outcome;
   if (force_N >= *present) {
     outcome = co_await press_until(force_N, speed_m_s, limit, std::nullopt);
   } else {
-    const Permit permit = pressing_->away(pressing_state());
+    const Permit permit = permit_retreat(rig_);
     const MotionOrder order = order_of(force_N, -1, speed_m_s);
     auto motion = setup_.frame.move_until_force(
         Force::from_si(force_N), Velocity::from_si(-speed_m_s), permit.limits.travel_min);
@@ -267,16 +250,16 @@ Task<Result<>> Motions::to_force(double force_N, double speed_m_s, TimeLimit lim
 }
 
 Task<Result<>> Motions::ramp_to_force(double force_N, double rate_N_s, TimeLimit limit) {
-  const auto present = view_.present_force_N();
+  const auto present = meter_.present_force_N();
   if (!present) co_return fail(present.error());
-  auto permit = pressing_->ramp(pressing_state(), force_N, rate_N_s);
+  auto permit = permit_ramp(rig_, force_N, rate_N_s);
   if (!permit) co_return refused(permit.error());
   MotionOrder order = order_of(force_N, 0, 0);
   order.motion.rate_N_s = rate_N_s;
   if (const auto& loop = setup_.frame.capabilities().force_loop) {
     order.motion.speed_m_s = loop->approach.si();
-    order.waver_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);
-    order.motion.waver_N = order.waver_N;
+    order.loop_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);
+    order.motion.loop_N = order.loop_N;
   }
   auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
   auto outcome = co_await watched(order, *permit, std::move(motion), limit);

@@ -5,11 +5,10 @@
 
 #include <optional>
 
-#include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_view.hpp"
 #include "protocols/run/frame_watch.hpp"
+#include "protocols/run/rest_meter.hpp"
 #include "protocols/run/setup.hpp"
 #include "protocols/steps/progress.hpp"
 
@@ -24,10 +23,10 @@ struct TimeLimit {
 
 // The order of a motion: how it begins, and where it must end.
 struct MotionOrder {
-  Plausibility::Motion motion;
+  Order motion;
   std::optional<double> travel_m, force_N;  // one of them is the target
   int side = 0;  // for a force target: at least (1), at most (-1), within (0)
-  double waver_N = 0;  // of a force loop, to either side
+  double loop_N = 0;  // of a force loop, to either side
   bool by_contact = false;  // it stops where the contact must have shown the force
   bool either_side = false;  // a fall to the lower force limit is an end, too
 };
@@ -35,23 +34,13 @@ struct MotionOrder {
 class Motions {
  public:
   // All must outlive it.
-  Motions(const RunSetup& setup, const EventLog& log, FrameWatch& watch, FrameView& view,
-          const ContactPlace& contact, FrameDrive& drive)
-      : setup_(setup),
-        log_(log),
-        watch_(watch),
-        guard_(watch.guard()),
-        pressing_(watch.pressing()),
-        view_(view),
-        truth_(watch.truth()),
-        contact_(contact),
-        drive_(drive) {}
+  Motions(const RunSetup& setup, const EventLog& log, FrameWatch& watch, RestMeter& meter,
+          FrameDrive& drive)
+      : setup_(setup), log_(log), watch_(watch), rig_(watch.rig()), meter_(meter), drive_(drive) {}
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
   // limit_tripped, aborted, refused (also when the frame is not where it reports to be).
-  // `may_rise_N`: how much more the force may rise on a way away before the drive is not believed.
-  Task<Result<>> to_travel(double travel_m, double speed_m_s, TimeLimit limit,
-                           double may_rise_N = 0);
+  Task<Result<>> to_travel(double travel_m, double speed_m_s, TimeLimit limit);
   // Moves towards the specimen if the force has to grow, otherwise away from it.
   Task<Result<>> to_force(double force_N, double speed_m_s, TimeLimit limit);
   Task<Result<>> ramp_to_force(double force_N, double rate_N_s, TimeLimit limit);
@@ -66,16 +55,14 @@ class Motions {
 
   // The frame has reported `target`. Its samples must agree, the next ones at the latest. Errors:
   // refused.
-  Task<Result<>> believe(const MotionOrder& order, const MotionOutcome& outcome) const;
+  Task<Result<>> confirm_end(const MotionOrder& order, const MotionOutcome& outcome) const;
   // Writes the event of a motion that stopped at a force.
-  void tell(const Pressing::Comparison& seen) const;
+  void report(const ForceComparison& seen) const;
 
   bool in_motion() const { return in_motion_; }
   double last_speed_m_s() const { return last_speed_m_s_; }  // of the last requested motion
 
  private:
-  using Permit = Pressing::Permit;
-  Pressing::State pressing_state() const;
   MotionOrder order_of(double force_N, int side, double speed_m_s) const;
   Task<Result<MotionOutcome>> watched(MotionOrder order, Permit permit,
                                       Task<Result<MotionOutcome>> motion, TimeLimit limit);
@@ -89,11 +76,8 @@ class Motions {
   const RunSetup& setup_;
   const EventLog& log_;
   FrameWatch& watch_;
-  const Guard& guard_;
-  const Pressing* const pressing_;
-  FrameView& view_;
-  const FrameTruth& truth_;
-  const ContactPlace& contact_;
+  const RigState& rig_;
+  RestMeter& meter_;
   FrameDrive& drive_;
   bool in_motion_ = false;
   double last_speed_m_s_ = 0;

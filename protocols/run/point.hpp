@@ -12,7 +12,7 @@
 #include "base/result.hpp"
 #include "events/payloads.hpp"
 #include "protocols/protocol.hpp"
-#include "protocols/run/frame_memory.hpp"
+#include "protocols/rig/last_seen.hpp"
 
 namespace lcrig {
 
@@ -29,7 +29,7 @@ struct Continuation {
   std::int64_t run = 0;  // its number
   std::string step_id;  // the step that was interrupted
   RunPoint point;
-  FrameMemory frame;  // at its last sample
+  LastSeen frame;  // at its last sample
   std::vector<StoredAnswer> answers;  // answers to its questions, in the order of asking
   bool confirmed = false;  // a person said that nobody touched the specimen
 };

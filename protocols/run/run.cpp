@@ -86,29 +86,19 @@ void Run::on_samples(std::span<const FrameSample> samples) {
     return;
   }
   setup_.sink.samples(samples);
-  parts_.view.add(samples);
-  if (const auto late = parts_.watch.add_pressed(samples)) parts_.motions.tell(*late);
+  parts_.meter.add(samples);
   losses_.judge_age(samples);
   parts_.watch.note_stop_pending(parts_.interrupts.stop_pending());
   for (const FrameSample& s : samples) {
     parts_.drive.see(s);
-    parts_.watch.begin_sample();
-    if (parts_.drive.prepared()) parts_.distrust.judge(s);
-    parts_.watch.end_sample();
-    // look_at_rest judges the samples before the first motion, and gives advice.
-    const bool judged = parts_.drive.prepared() || !setup_.moves();
-    auto why = parts_.watch.check_limits(s);
-    if (why && !parts_.interrupts.stop_pending() && judged) {
-      parts_.log.event(EventKind::limit, *why);
-      interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
-    }
+    parts_.response.act(parts_.watch.add(s));
   }
 }
 
 void Run::on_frame_event(EventName kind, std::string detail) {
   if (over_) return;
   parts_.log.event(kind, detail);
-  parts_.distrust.heed(kind, detail);
+  parts_.response.handle(kind, detail);
   // The gateway heard nothing from us, so it has stopped, left force control and forgotten the
   // limits.
   if (kind != EventKind::device_watchdog) return;
@@ -179,7 +169,7 @@ Task<Result<>> Run::prepare() {
   auto armed = co_await parts_.drive.take_command();
   if (!armed || !moves) co_return armed;
   // The first step needs to know where the frame stands.
-  auto heard = co_await parts_.view.await_samples(parts_.needs_force());
+  auto heard = co_await parts_.meter.await_samples(parts_.needs_force());
   if (!heard) co_return heard;
   auto rest = co_await look_at_rest();
   if (rest) parts_.drive.set_prepared(true);
@@ -188,16 +178,16 @@ Task<Result<>> Run::prepare() {
 
 // Before anything moves, checks that the frame stands, and where.
 Task<Result<>> Run::look_at_rest() {
-  auto rest = co_await parts_.view.watch_rest(FrameView::kRestTime);
+  auto rest = co_await parts_.meter.measure(RestMeter::kRestTime);
   if (!rest) co_return fail(rest.error());
   parts_.log.event(rest->event<EventKind::rest>());
   if (!rest->stands()) {
     co_return fail(Errc::busy, "the frame moves, and nobody here told it to: stop whoever does");
   }
-  const BoundLimits& limits = parts_.guard.limits();
+  const BoundLimits& limits = parts_.rig.limits;
   const double force_N = rest->force_N();
   if (setup_.continues) {  // the specimen of a continued run may be loaded
-    parts_.watch.learn_scatter(*rest);
+    parts_.watch.learn_noise(*rest);
   } else if (force_N < limits.force_min_N || force_N > limits.force_max_N) {
     co_return fail(
         Errc::limit_tripped,
@@ -205,12 +195,12 @@ Task<Result<>> Run::look_at_rest() {
         "{:.4g} N: unload it, or zero it at the machine",
         force_N, limits.force_min_N, limits.force_max_N);
   } else {
-    parts_.watch.learn_rest(*rest);
+    parts_.watch.learn_zero(*rest);
   }
   parts_.watch.stand();
   const auto start_m = rest->travel_m();
-  parts_.contact.start_at(start_m);
-  if (setup_.start_gap_m && start_m) parts_.contact.place(*start_m + *setup_.start_gap_m, 0);
+  parts_.watch.start_at(start_m);
+  if (setup_.start_gap_m && start_m) parts_.watch.place_contact(*start_m + *setup_.start_gap_m, 0);
   co_return Result<>();
 }
 

@@ -10,13 +10,21 @@ namespace lcrig {
 
 namespace {
 
-WatchedRig watched_rig(const RunSetup& s) {
+RigFacts facts_of(const RunSetup& s) {
   return {s.commands, s.limits, s.frame_rate_Hz, s.cell, s.frame.capabilities()};
 }
 
-FrameWatch::Hooks watch_hooks(const RunSetup& s, const EventLog& log) {
-  return {[&s] { return s.clock.now(); }, [&log](const WatchInputEvent& e) { log.event(e); },
-          [&log](const WatchFigures& f) { log.event(EventKind::watch, to_json(f).dump()); }};
+FrameWatch::Hooks watch_hooks(const RunSetup& s, const EventLog& log, InterruptQueue& interrupts) {
+  FrameWatch::Hooks hooks;
+  hooks.now = [&s] { return s.clock.now(); };
+  hooks.store = [&log](const WatchInputEvent& e) { log.event(e); };
+  hooks.tolerances = [&log](const Tolerances& t) {
+    log.event(EventKind::watch, to_json(t).dump());
+  };
+  hooks.broken = [&interrupts](std::string why) {
+    interrupts.ask(InterruptRequest(Interrupt::fault, Error(Errc::bug, std::move(why))));
+  };
+  return hooks;
 }
 
 }  // namespace
@@ -29,15 +37,12 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
       progress(s, still),
       log(s.clock, s.sink),
       interrupts(executor, s.clock, log, std::move(look)),
-      watch(watched_rig(s), s.pressing ? &*s.pressing : nullptr, watch_hooks(s, log)),
-      guard(watch.guard()),
-      truth(watch.truth()),
-      pressing(watch.pressing()),
-      view(s, log),
-      contact(s, v, watch),
-      drive(s, log, interrupts, watch, view, contact, still),
-      distrust(s, log, interrupts, watch, contact, drive),
-      motions(s, log, watch, view, contact, drive),
+      watch(facts_of(s), s.forecast, watch_hooks(s, log, interrupts)),
+      rig(watch.rig()),
+      meter(s, log, rig),
+      drive(s, log, interrupts, watch, meter, still),
+      response(s, log, interrupts, watch, drive),
+      motions(s, log, watch, meter, drive),
       labels(v, s.pressure, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, MeterState(s.lcr_settings, s.corrections),
               std::move(sampled)),
@@ -68,17 +73,30 @@ RunPoint RunParts::point() const {
   RunPoint p;
   p.steps_done = progress.steps_done();
   labels.write_to(p);
-  p.contact_travel_m = contact.travel_m();
-  p.travel_m = view.travel_m();
-  p.zeroed = view.memory().zeroed;
-  p.zeros_N = view.zeros_N();
+  p.contact_travel_m = rig.contact.travel_m;
+  p.travel_m = rig.frame.seen.travel_m;
+  p.zeroed = rig.frame.seen.zeroed;
+  p.zeros_N = rig.cell.zeros_N;
   p.origin = setup.frame.origin();
   return p;
 }
 
+Result<double> travel_of(const Target& target, const RunParts& run) {
+  const double value = run.values.get(target.value);
+  if (target.kind == TargetKind::travel) return value;
+  const auto& contact_m = run.rig.contact.travel_m;
+  if (!contact_m) {
+    return fail(Errc::invalid_request,
+                "step {}: a gap, and the place of contact is not known: find the contact first, or "
+                "state the gap (set_gap)",
+                run.log.step_id());
+  }
+  return *contact_m - value;
+}
+
 Task<Result<>> move_to_place(const Target& to, const Number& speed, TimeLimit limit,
                              RunParts& run) {
-  auto travel_m = run.contact.travel_of(to, run.log.step_id());
+  auto travel_m = travel_of(to, run);
   if (!travel_m) co_return fail(travel_m.error());
   co_return co_await run.motions.to_travel(*travel_m, run.get(speed), limit);
 }

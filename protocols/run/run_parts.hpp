@@ -3,11 +3,8 @@
 // recovery from a loss, the take-over of another run and the end of a run use all of them.
 #pragma once
 
-#include "protocols/run/contact_place.hpp"
-#include "protocols/run/distrust.hpp"
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_view.hpp"
 #include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/levels.hpp"
@@ -15,9 +12,11 @@
 #include "protocols/run/planned_stops.hpp"
 #include "protocols/run/progress_keeper.hpp"
 #include "protocols/run/questions.hpp"
+#include "protocols/run/response.hpp"
+#include "protocols/run/rest_meter.hpp"
 #include "protocols/run/sampler.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/standstill.hpp"
+#include "protocols/run/standstill.hpp"
 
 namespace lcrig {
 
@@ -34,13 +33,10 @@ struct RunParts {
   EventLog log;
   InterruptQueue interrupts;
   FrameWatch watch;
-  const Guard& guard;  // of the watch, as everybody may read them
-  const FrameTruth& truth;
-  const Pressing* const pressing;  // nullptr: the frame cannot move
-  FrameView view;
-  ContactPlace contact;
+  const RigState& rig;  // of the watch, as everybody may read it
+  RestMeter meter;
   FrameDrive drive;
-  Distrust distrust;
+  Responses response;
   Motions motions;
   LevelLabels labels;
   Sampler sampler;
@@ -71,6 +67,8 @@ struct RunParts {
 // Actions shared by several kinds of steps: a motion to a travel or gap, and a wait that continues
 // after a pause.
 Task<Result<>> move_to_place(const Target& to, const Number& speed, TimeLimit limit, RunParts& run);
+// Machine travel of a target in travel or gap. Errors: invalid_request without a contact.
+Result<double> travel_of(const Target& target, const RunParts& run);
 Task<Result<>> wait_out(double duration_s, RunParts& run, TimeSpent& time);
 
 }  // namespace lcrig

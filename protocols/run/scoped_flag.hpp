@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sets a flag while it lives, even if the coroutine is cancelled. Used by Motions and Distrust.
+// Sets a flag while it lives, even if the coroutine is cancelled. Used by Motions and Responses.
 #pragma once
 
 namespace lcrig {

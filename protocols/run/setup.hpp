@@ -12,12 +12,12 @@
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
-#include "protocols/plan/limits.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/rig/forecast.hpp"
+#include "protocols/rig/limits.hpp"
 #include "protocols/run/pace.hpp"
 #include "protocols/run/point.hpp"
 #include "protocols/run/sink.hpp"
-#include "protocols/watch/pressing.hpp"
 
 namespace lcrig {
 
@@ -50,7 +50,7 @@ struct RunSetup {
   bool commands = true;
   double frame_rate_Hz = kFrameRate_Hz;  // of the samples
   ForceClass cell = kAssumedForceClass;  // of the load cell, as the plan has it
-  std::optional<Pressing> pressing;  // bounds the force; set for a frame that moves
+  std::optional<Forecast> forecast;  // bounds the force; set for a frame that moves
   std::optional<double> start_gap_m;  // as a person stated it
   std::string plan_json;  // figures and assumptions of the plan, stored with the run
   // Plans again when the place of contact is known, before anything is pressed. May be empty.

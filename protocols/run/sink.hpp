@@ -16,7 +16,7 @@
 #include "events/payloads.hpp"
 #include "protocols/load_level.hpp"
 #include "protocols/question.hpp"
-#include "protocols/watch/standstill.hpp"
+#include "protocols/run/standstill.hpp"
 
 namespace lcrig {
 

@@ -60,7 +60,7 @@ Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
 
 Result<> TakeOver::compare_frame_at(std::int64_t first_step) const {
   const Continuation& from = *run_.setup.continues;
-  FrameMemory before = from.frame;
+  LastSeen before = from.frame;
   before.zeroed = from.point.zeroed;
   before.origin = from.point.origin;
   before.begun_m_s = begun_speed(run_.setup.protocol, run_.setup.environment, first_step);
@@ -72,19 +72,18 @@ Result<> TakeOver::compare_frame_at(std::int64_t first_step) const {
 Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
   const Continuation& from = *run_.setup.continues;
   run_.event(ContinuesEvent{from.run, from.step_id, from.point.steps_done});
-  auto heard = co_await run_.view.await_samples(run_.needs_force());
+  auto heard = co_await run_.meter.await_samples(run_.needs_force());
   if (!heard) co_return heard;
   const std::int64_t first =
       first_step_of(run_.setup.protocol, run_.setup.environment, from.point.steps_done);
   auto same = compare_frame_at(first);
   if (!same) {
-    same.error().hands_off = run_.distrust.lose_origin(same.error().what);
+    same.error().hands_off = run_.response.lose_origin(same.error().what);
     co_return same;
   }
-  run_.view.zeroed(from.point.zeroed);
-  run_.view.sum_zeros(from.point.zeros_N);
+  run_.watch.take_over_zeros(from.point.zeroed, from.point.zeros_N);
   left_off_.start_travel_m = from.point.travel_m;
-  run_.contact.take_from(from.point.contact_travel_m);
+  run_.watch.take_over_contact(from.point.contact_travel_m);
   run_.labels.take_from(from.point);
   LcrSettings settings = run_.sampler.settings();
   for (; run_.progress.steps_done() < first; run_.progress.count_step()) {
@@ -128,7 +127,7 @@ void TakeOver::pass_over(const Step& step, LcrSettings& settings) {
   if (!facts.leaves) return;
   std::optional<double> held_N;
   if (facts.leaves == HoldMode::force) {
-    held_N = facts.aim != nullptr ? run_.labels.force_of(*facts.aim) : run_.view.force_N();
+    held_N = facts.aim != nullptr ? run_.labels.force_of(*facts.aim) : run_.rig.frame.force_N;
   }
   run_.drive.will_hold(held_N);
 }

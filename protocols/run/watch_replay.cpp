@@ -7,53 +7,43 @@ namespace lcrig {
 
 Result<std::unique_ptr<WatchReplay>> WatchReplay::begin(const WatchSetupEvent& setup,
                                                         FrameCapabilities frame) {
-  auto rig = rig_of(setup, std::move(frame));
-  if (!rig) return fail(rig.error());
-  return std::unique_ptr<WatchReplay>(new WatchReplay(*rig, pressing_of(setup, *rig)));
+  auto facts = rig_of(setup, std::move(frame));
+  if (!facts) return fail(facts.error());
+  auto forecast = forecast_of(setup, *facts);
+  return std::unique_ptr<WatchReplay>(new WatchReplay(std::move(*facts), std::move(forecast)));
 }
 
-WatchReplay::WatchReplay(const WatchedRig& rig, std::optional<Pressing> pressing)
-    : pressing_(std::move(pressing)),
-      watch_(
-          rig, pressing_ ? &*pressing_ : nullptr,
-          {[] { return MonoTime(); }, [](const WatchInputEvent&) {}, [](const WatchFigures&) {}}) {}
+WatchReplay::WatchReplay(RigFacts facts, std::optional<Forecast> forecast)
+    : watch_(std::move(facts), std::move(forecast),
+             {[] { return MonoTime(); }, [](const WatchInputEvent&) {}, [](const Tolerances&) {},
+              [this](std::string why) { findings_.emplace_back(at_, EventKind::fault, why); }}) {}
 
 void WatchReplay::add(const FrameSample& sample) {
-  finish_sample();
+  at_ = sample.received;
   ++samples_;
-  find(sample.received, watch_.add_pressed(std::span(&sample, 1)));
-  open_ = sample;
-  if (!watch_.is_prepared()) return;
-  auto no = watch_.check(sample);
-  if (no && acts() && !watch_.has_ended()) {
-    find(sample.received, EventKind::contradiction, std::move(no->why));
+  const std::vector<Finding> findings = watch_.add(sample);
+  for (const Finding& f : findings) {
+    if (f.check->response == Response::no_pressing) find(f);
   }
-}
-
-void WatchReplay::finish_sample() {
-  if (!open_) return;
-  const FrameSample sample = *std::exchange(open_, std::nullopt);
-  const bool moves = watch_.rig().commands && watch_.rig().frame.motion;
-  const bool judged = watch_.is_prepared() || !moves;
-  auto why = watch_.check_limits(sample);
-  if (why && judged && acts()) find(sample.received, EventKind::limit, std::move(*why));
-}
-
-void WatchReplay::apply(const WatchInputEvent& input, const Rest* rest, MonoTime at) {
-  if (!input.judging.value_or(false)) finish_sample();
-  if (input.what == WatchInput::stopping || input.what == WatchInput::stop_pending) stops_ = false;
-  find(at, watch_.apply(input, rest, at));
-}
-
-void WatchReplay::find(MonoTime at, EventKind kind, std::string why) {
-  findings_.emplace_back(at, kind, std::move(why));
+  const Finding* worst = most_severe(findings);
+  const RigState& rig = watch_.rig();
+  if (look_) look_(rig, sample, worst != nullptr);
+  if (worst == nullptr || rig.is_stop_pending || stops_ || rig.phase == RunPhase::ended) return;
+  find(*worst);
   stops_ = true;
 }
 
-void WatchReplay::find(MonoTime at, const std::optional<Comparison>& compared) {
+void WatchReplay::apply(const WatchInputEvent& input, const RestMeasurement* rest, MonoTime at) {
+  at_ = at;
+  if (input.what == WatchInput::stopping || input.what == WatchInput::stop_pending) stops_ = false;
+  const auto compared = watch_.apply(input, rest, at);
   if (!compared || !compared->exceeded) return;
   constexpr EventKind kKind = EventKind::overshoot_exceeded;
   findings_.emplace_back(at, kKind, to_json(compared->event<kKind>()));
+}
+
+void WatchReplay::find(const Finding& finding) {
+  findings_.emplace_back(at_, finding.check->event, finding.why);
 }
 
 }  // namespace lcrig

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,21 +34,20 @@ class WatchReplay {
   // The next sample. Inputs from before it have to be applied first.
   void add(const FrameSample& sample);
   // `rest`: the rest measurement that it names; nullptr: none.
-  void apply(const WatchInputEvent& input, const Rest* rest, MonoTime at);
-  void end() { finish_sample(); }
+  void apply(const WatchInputEvent& input, const RestMeasurement* rest, MonoTime at);
+  // Called with each sample, once the state has taken it.
+  using Look = std::function<void(const RigState& rig, const FrameSample& sample, bool is_found)>;
+  void set_look(Look look) { look_ = std::move(look); }
   std::int64_t samples() const { return samples_; }
   const std::vector<WatchFinding>& findings() const { return findings_; }
 
  private:
-  WatchReplay(const WatchedRig& rig, std::optional<Pressing> pressing);
-  bool acts() const { return !watch_.stop_pending() && !stops_; }
-  void find(MonoTime at, EventKind kind, std::string why);
-  void find(MonoTime at, const std::optional<Comparison>& compared);
-  void finish_sample();
+  WatchReplay(RigFacts facts, std::optional<Forecast> forecast);
+  void find(const Finding& finding);
 
-  std::optional<Pressing> pressing_;
   FrameWatch watch_;
-  std::optional<FrameSample> open_;  // judged, but not yet by the limits
+  Look look_;
+  MonoTime at_{};
   bool stops_ = false;  // what was found stops the run, and is not carried out yet
   std::int64_t samples_ = 0;
   std::vector<WatchFinding> findings_;

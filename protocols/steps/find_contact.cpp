@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "protocols/contact/contact_search.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_motion.hpp"
-#include "protocols/run/contact_search.hpp"
 
 namespace lcrig {
 
@@ -30,12 +30,12 @@ double window_m(const PlannedRig& rig) {
 // Refuses a threshold that noise alone can reach.
 void check_threshold(const Number& force, const PlannedRig& rig, StepPlan& out) {
   const double noise = force_noise_N(rig.known()).value_or(0), rise = rig.get(force);
-  const double least = kContactSigmas * noise;
+  const double least = kNoiseSigmas * noise;
   if (!exceeds(least, rise)) return;
   out.refuse(
       Refusal(fmt::format("contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
                           "deviation) while it rests: at least {:.3g} N, {:.0f} times that",
-                          rise, noise, least, kContactSigmas),
+                          rise, noise, least, kNoiseSigmas.value),
               at_least(force, 1.05 * least, rig.asked())));
 }
 

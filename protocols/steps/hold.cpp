@@ -75,13 +75,14 @@ namespace {
 
 // Does not let a specimen that was run into be held at more than its present force.
 Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
-  auto force_N = run.view.present_force_N();
+  auto force_N = run.meter.present_force_N();
   if (step.at) force_N = run.labels.force_of(*step.at);
   if (!force_N) co_return fail(force_N.error());
-  const double most_N = run.view.force_N().value_or(0) + 5 * run.truth.noise_N();
-  const bool broken = run.pressing != nullptr && run.pressing->broken();
+  const double most_N = run.rig.frame.force_N.value_or(0) + 5 * run.rig.cell.noise_N();
+  const bool broken = run.rig.trust.no_pressing.has_value();
   if (broken && *force_N > most_N) {
-    co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(), *run.pressing->broken());
+    co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(),
+                   *run.rig.trust.no_pressing);
   }
   run.watch.leave_to_loop();
   auto held = co_await run.drive.hold_force(*force_N);

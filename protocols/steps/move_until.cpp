@@ -88,7 +88,7 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& remembered) c
   double v = run.get(speed);
   bool is_there = false;
   if (final_speed) {
-    const auto present_N = run.view.present_force_N();
+    const auto present_N = run.meter.present_force_N();
     if (!present_N) co_return fail(present_N.error());
     const double turn_N = turn_force_N(*present_N, force_N, run.get(*final_from));
     const bool loading = force_N > *present_N;
@@ -99,16 +99,16 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& remembered) c
     }
     v = run.get(*final_speed);
     // Skips the last part if the first went too far.
-    const auto near_N = run.view.present_force_N();
+    const auto near_N = run.meter.present_force_N();
     if (!near_N) co_return fail(near_N.error());
     is_there = loading ? *near_N >= force_N : *near_N <= force_N;
   }
   Result<> moved;
   if (!is_there) moved = co_await run.motions.to_force(force_N, v, limit);
   if (!moved || !overshoot) co_return moved;
-  const auto now_N = run.view.present_force_N();
+  const auto now_N = run.meter.present_force_N();
   if (!now_N) co_return fail(now_N.error());
-  const double beyond = std::max(*now_N, run.view.done_force_N().value_or(*now_N)) - force_N;
+  const double beyond = std::max(*now_N, run.rig.frame.end_force_N.value_or(*now_N)) - force_N;
   if (beyond > run.get(*overshoot)) {
     co_return fail(Errc::limit_tripped, "step {}: overshoot of {:.4f} N, {:.4f} N allowed",
                    run.log.step_id(), beyond, run.get(*overshoot));

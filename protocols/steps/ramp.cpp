@@ -98,9 +98,9 @@ constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // time-out for the way ba
 // back by that gap; an unknown force counts as pressing. After a search without contact it goes
 // back to the start of the search, because the cell may have failed to show a force.
 Task<Result<>> back_away(const RampStep& step, RunParts& run, RampStep::Progress& progress) {
-  const auto force_N = run.view.present_force_N();
-  const bool presses = !force_N || run.guard.is_distrusted() || run.truth.is_loaded(*force_N);
-  const auto from_m = run.contact.searched_from_m(), here_m = run.view.travel_m();
+  const auto force_N = run.meter.present_force_N();
+  const bool presses = !force_N || !run.rig.trust.force || run.rig.is_loaded(*force_N);
+  const auto from_m = run.rig.contact.searched_from_m, here_m = run.rig.frame.seen.travel_m;
   if (!progress.away_m && !presses && !from_m) {
     run.event(EventKind::skipped,
               "no contact was found, and nothing presses: there is nothing to move away from");
@@ -110,8 +110,8 @@ Task<Result<>> back_away(const RampStep& step, RunParts& run, RampStep::Progress
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());
   }
   if (!progress.away_m) {
-    const FrameCapabilities caps = run.contact.frame_capabilities();
-    const double least_m = device_limits(run.guard.limits(), caps).travel_min.si();
+    const FrameCapabilities caps = run.rig.frame.caps;
+    const double least_m = device_limits(run.rig.limits, caps).travel_min.si();
     double target_m = presses ? *here_m - run.get(step.to.value) : *here_m;
     if (from_m) target_m = std::min(target_m, *from_m);
     progress.away_m = std::max(least_m, target_m);
@@ -149,7 +149,7 @@ Task<Result<>> RampStep::execute(RunParts& run, StepProgress& remembered) const 
   const TimeLimit limit(run.get(timeout), &progress.time);
   if (!is_force(to)) {
     const bool clears = run.interrupts.finishing() && to.kind == TargetKind::gap;
-    if (clears && !run.contact.travel_m()) co_return co_await back_away(*this, run, progress);
+    if (clears && !run.rig.contact.travel_m) co_return co_await back_away(*this, run, progress);
     co_return co_await move_to_place(to, *speed, limit, run);
   }
   const double force_N = run.labels.force_of(to);

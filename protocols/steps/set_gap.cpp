@@ -24,11 +24,11 @@ StepPlan SetGapStep::plan(PlannedRig& rig) const {
 
 // Places contact by a person's statement instead of a search.
 Task<Result<>> SetGapStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
-  if (!run.view.travel_m()) {
+  if (!run.rig.frame.seen.travel_m) {
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());
   }
-  const double contact_m = *run.view.travel_m() + run.get(gap);
-  run.contact.place(contact_m, 0);
+  const double contact_m = *run.rig.frame.seen.travel_m + run.get(gap);
+  run.watch.place_contact(contact_m, 0);
   run.event(GapStatedEvent{contact_m});
   co_return Result<>();
 }

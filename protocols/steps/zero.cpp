@@ -29,28 +29,17 @@ Result<> check_sum(double sum_N, const RunParts& run) {
 
 // The force of the probe on the specimen, as far as the run knows: the probe is beyond contact, and
 // the cell shows more than without load.
-double pressed_N(const Rest& rest, const RunParts& run) {
-  const auto contact_m = run.contact.travel_m();
-  if (!contact_m || !run.truth.is_loaded(rest.force_N())) return 0;
+double pressed_N(const RestMeasurement& rest, const RunParts& run) {
+  const auto contact_m = run.rig.contact.travel_m;
+  if (!contact_m || !run.rig.is_loaded(rest.force_N())) return 0;
   if (rest.travel_m() && *rest.travel_m() < *contact_m) return 0;
-  return rest.force_N() - run.truth.bare_N();
+  return rest.force_N() - run.rig.cell.unloaded_N();
 }
 
 // Samples from before the zero may still arrive: at most one, or 100 ms of them.
 Duration stale_samples(const RunParts& run) {
   return std::max<Duration>(std::chrono::milliseconds(250),
                             from_seconds(2 / run.setup.frame_rate_Hz));
-}
-
-// Learns the new zero of the cell at rest. If the zero hides a pressing force, the unloaded cell
-// will show that force with the opposite sign, which then does not mean a pull.
-void learn_zero(const Rest& before, const Rest& after, double hidden_N, RunParts& run) {
-  if (hidden_N > 0) {
-    run.watch.take_out(before.force_N() - after.force_N());
-  } else {
-    run.watch.learn_rest(after);
-  }
-  run.watch.set_rest_force(after);
 }
 
 }  // namespace
@@ -87,7 +76,7 @@ StepPlan ZeroStep::plan(PlannedRig& rig) const {
 }
 
 Task<Result<>> ZeroStep::execute(RunParts& run, StepProgress& /*remembered*/) const {
-  auto rest = co_await run.view.watch_rest(FrameView::kRestTime);
+  auto rest = co_await run.meter.measure(RestMeter::kRestTime);
   if (!rest) co_return fail(rest.error());
   if (max_offset && std::abs(rest->force_N()) > run.get(*max_offset)) {
     co_return fail(Errc::limit_tripped,
@@ -95,32 +84,23 @@ Task<Result<>> ZeroStep::execute(RunParts& run, StepProgress& /*remembered*/) co
                    "already touch; move it away or zero the cell at the machine",
                    run.log.step_id(), rest->force_N(), run.get(*max_offset));
   }
-  const double sum_N = run.view.zeros_N().value_or(0) + rest->force_N();
+  const double sum_N = run.rig.cell.zeros_N.value_or(0) + rest->force_N();
   if (force) {
     if (auto allowed = check_sum(sum_N, run); !allowed) co_return allowed;
   }
   const double hidden_N = force ? pressed_N(*rest, run) : 0;
-  const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may report it as well
-  if (travel) run.watch.look_away();
+  const ScopedFlag zeroing = run.response.expect_zero(travel);  // the gateway may report it as well
   auto zeroed = co_await run.setup.frame.zero(force, travel);
-  if (!zeroed && zeroed.error().code == Errc::refused) run.distrust.zero_settled();
+  if (!zeroed && zeroed.error().code == Errc::refused) run.response.zero_settled();
   if (!zeroed) co_return zeroed;
-  run.watch.zero_force();
-  run.view.zeroed(true);
-  if (force) run.view.sum_zeros(sum_N);
-  if (force) run.watch.hide(hidden_N);
-  if (travel) {
-    run.contact.zero_travel(rest->travel_m().value_or(0));
-    run.drive.forget_limits();
-  }
+  run.watch.zeroed(*rest, force, travel, hidden_N);
   run.event(run.point());  // stores the new origin
   run.event(ZeroEvent{rest->force_N()});
   co_await run.setup.clock.wait_for(stale_samples(run));
-  if (travel) run.watch.stand();
-  auto after = co_await run.view.watch_rest(FrameView::kRestTime);
+  auto after = co_await run.meter.measure(RestMeter::kRestTime);
   if (!after) co_return fail(after.error());
-  learn_zero(*rest, *after, hidden_N, run);
-  run.distrust.zero_settled();
+  run.watch.zero_measured(*rest, *after, hidden_N);
+  run.response.zero_settled();
   co_return Result<>();
 }
 

@@ -63,7 +63,8 @@ class Lies : public Gateway {
         60s);
   }
   void await(const std::string& step) {
-    client_->wait_for("status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
+    client_->wait_for(
+        "status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
   }
   // Waits for the end of the run, then ends the gateway. sums_ and lines_ then hold the truth.
   json ended(Timeout within) {
@@ -184,7 +185,7 @@ TEST_F(Lies, AnAxisThatCreepsAfterDoneIsStopped) {
   begin({}, protocol("0.05"), soft, 30);
   lie_in("load", "creep,speed_um_s=5");
   const json end = ended(40s);
-  expect_failed(end, {"moves while nobody told it to"});
+  expect_failed(end, {"moves without a command"});
   EXPECT_LT(peak(), 1.2);
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
@@ -240,7 +241,7 @@ TEST_F(Lies, AnOrderThatIsObeyedInAPauseIsStopped) {
   await("load");
   client_->call("run.pause");
   const json end = ended(30s);
-  expect_failed(end, {"moves while nobody told it to"});
+  expect_failed(end, {"moves without a command"});
   const std::size_t obeyed = find("motion_begin", stopped_);
   EXPECT_LT(at_s(find("stop_received", obeyed)) - at_s(obeyed), 1) << "STOP came late, or never";
   EXPECT_LT(peak(), 1.0);

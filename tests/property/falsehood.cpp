@@ -23,7 +23,7 @@ const std::vector<Row>& rows() {
   static const Words kForce{"against the command", "falls w",     "zero",  "frozen",
                             "outside the limits",  "force limit", "pulls", "does not follow"};
   static const Words kHeld{"does not follow", "falls w", "at once", "jumped"};
-  static const Words kDone{"DONE", "nobody told it to", "does not move"};
+  static const Words kDone{"DONE", "without a command", "does not move"};
   static const Words kStop{"standstill", "STOP"};
   static const Words kNothing{};
   static const std::vector<Row> kRows{
@@ -36,12 +36,12 @@ const std::vector<Row>& rows() {
       {tare_lost, "tare_lost", Distrust::force, {"zero", "tare"}},
       {stall, "stall", Distrust::drive, {"does not move"}},
       {drive_reversed, "drive_reversed", Distrust::drive, {"against the command"}},
-      {creep, "creep", Distrust::gateway, {"nobody told it to"}},
+      {creep, "creep", Distrust::gateway, {"without a command"}},
       {estop, "estop", Distrust::drive, {"E-stop", "fault"}},
       {done_early, "done_early", Distrust::gateway, kDone},
       {done_unmoved, "done_unmoved", Distrust::gateway, kDone},
       {done_late, "done_late", Distrust::drive, {"does not move", "DONE"}},
-      {order_late, "order_late", Distrust::drive, {"does not move", "nobody told it to"}},
+      {order_late, "order_late", Distrust::drive, {"does not move", "without a command"}},
       {stop_late, "stop_late", Distrust::drive, kStop},
       {stop_unconfirmed, "stop_unconfirmed", Distrust::drive, kStop},
       {stop_ignored, "stop_ignored", Distrust::drive, kStop},

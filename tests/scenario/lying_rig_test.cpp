@@ -94,8 +94,8 @@ const std::vector<Told>& lies() {
        "against the command", kHandsOff},
       {"drive reversed on the way back", "unload", 0ms, [](auto& l) { l.drive_reversed = true; },
        "against the command", kHandsOff},
-      {"creep after DONE", "level", 100ms, [](auto& l) { l.creep_m_s = 5e-6; },
-       "while nobody told it to", ""},
+      {"creep after DONE", "level", 100ms, [](auto& l) { l.creep_m_s = 5e-6; }, "without a command",
+       ""},
       {"DONE without a motion", "rest", 1s, [](auto& l) { l.done_unmoved = true; }, "DONE",
        "still loaded"},
       {"E-stop in a load", "load", 2s, [](auto& l) { l.estop = true; }, "E-stop", kHandsOff},
@@ -165,7 +165,7 @@ TEST(LyingRig, ALateOrderThatIsObeyedInAPauseIsStopped) {
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, ExitStatus::fail);
-  EXPECT_THAT(r->reason, HasSubstr("while nobody told it to"));
+  EXPECT_THAT(r->reason, HasSubstr("without a command"));
   EXPECT_LT(world.largest_true_N(), 0.3);
   EXPECT_LT(world.true_N(), 0.01);
 }

@@ -33,8 +33,7 @@ class RunFixture : public ::testing::Test {
     if (!setup_) {
       setup_.emplace(clock, meter, frame, sink, protocol);
       setup_->limits = bind_limits(protocol, setup_->environment, frame.capabilities()).value();
-      const Forecast forecast(frame.capabilities(), ForceBound({}, 120e3), {});
-      setup_->pressing.emplace(forecast, frame.capabilities());
+      setup_->forecast.emplace(frame.capabilities(), ForceBound({}, 120e3), std::nullopt);
     }
     return *setup_;
   }
@@ -47,9 +46,17 @@ class RunFixture : public ::testing::Test {
       hooks.lost = [](const Error&) {};
       hooks.read_back = [](const ReadBackEvent&) {};
       hooks.unproven = [](const UnprovenEvent&) {};
-      parts_.emplace(io.get_executor(), setup(), values, [this] { ++looks; }, hooks);
+      parts_.emplace(
+          io.get_executor(), setup(), values, [this] { ++looks; }, hooks);
+      parts_->watch.set_prepared(true);
+      sink.events.clear();
     }
     return *parts_;
+  }
+  // After another change of `setup`: the parts of a new run.
+  RunParts& restart() {
+    parts_.reset();
+    return parts();
   }
   const Step& step(std::size_t i) const { return protocol.steps[i]; }
   template <class T>
@@ -66,11 +73,12 @@ class RunFixture : public ::testing::Test {
     asio::co_spawn(io, frame.send_samples(), asio::detached);
   }
   // Shows one sample to the parts of the run.
-  void show(double force_N, double travel_m) {
+  std::vector<Finding> show(double force_N, double travel_m) {
     frame.force_N = force_N;
     frame.travel_m = travel_m;
     const FrameSample s = frame.sample();
-    parts().view.add(std::span(&s, 1));
+    parts().meter.add(std::span(&s, 1));
+    return parts().watch.add(s);
   }
   std::int64_t events_of(const std::string& kind) const {
     return std::ranges::count(sink.kinds(), kind);
@@ -89,10 +97,10 @@ class RunFixture : public ::testing::Test {
   struct Feed final : LoadFrame::Listener {
     explicit Feed(RunFixture& f) : fixture(f) {}
     void on_samples(std::span<const FrameSample> samples) override {
-      fixture.parts().view.add(samples);
+      fixture.parts().meter.add(samples);
       for (const FrameSample& s : samples) {
         fixture.parts().drive.see(s);
-        fixture.parts().distrust.judge(s);
+        fixture.parts().response.act(fixture.parts().watch.add(s));
       }
     }
     void on_frame_event(EventName, std::string) override {}

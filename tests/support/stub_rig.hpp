@@ -59,6 +59,7 @@ class StubFrame final : public LoadFrame {
     capabilities_.reaction = std::chrono::milliseconds(8);
     capabilities_.deceleration = Acceleration::from_si(0.2);
     capabilities_.device_stop = true;
+    capabilities_.travel_step = Length::from_si(1e-9);
   }
   bool hangs = false;
   Result<> stop_says;

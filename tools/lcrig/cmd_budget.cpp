@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/measured_noise.hpp"
-#include "protocols/plan/limits.hpp"
+#include "protocols/rig/limits.hpp"
 #include "tools/lcrig/budget_text.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
 #include "tools/lcrig/command_output.hpp"

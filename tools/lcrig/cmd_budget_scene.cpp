@@ -7,7 +7,7 @@
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/plan/limits.hpp"
+#include "protocols/rig/limits.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `lcrig watch`: shows the current run. `lcrig watch replay`: judges stored runs again with the
 // watch of this program, and compares that with what the runs recorded, or with another program.
+// `lcrig watch checks`: the table of its checks.
 #include "tools/lcrig/cmd_watch.hpp"
 
 #include <fmt/ostream.h>
@@ -16,6 +17,7 @@
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/run_database.hpp"
+#include "tools/lcrig/watch_checks.hpp"
 
 namespace lcrig::cli {
 
@@ -23,7 +25,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::string_view kReplay = "replay";
+constexpr std::string_view kReplay = "replay", kChecks = "checks";
 
 json findings_json(const std::vector<WatchFinding>& findings, MonoTime started) {
   json out = json::array();
@@ -88,7 +90,8 @@ class WatchCommand final : public Command {
   WatchCommand()
       : Command(
             "watch",
-            "Show the run that goes on until it ends; `replay RUN ...`: judge stored runs again",
+            "Show the run in progress until it ends; `replay RUN ...`: judge stored runs again; "
+            "`checks`: what is checked, and with what tolerances",
             "lcrig watch replay last") {}
   void declare(ArgumentList& list) override {
     list.words(kRunWord, words_,
@@ -99,6 +102,9 @@ class WatchCommand final : public Command {
 
   Outcome<ExitCode> run(Context& context) override {
     if (words_.empty() && against_.empty()) return watch_live(context);
+    if (words_.size() == 1 && words_.front() == kChecks && against_.empty()) {
+      return show(context, checks_json(), [](std::ostream& out) { out << checks_text(); });
+    }
     if (words_.empty() || words_.front() != kReplay) {
       return Failure(kUsage,
                      words_.empty()

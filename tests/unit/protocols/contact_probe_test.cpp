@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The look at what was touched, without the search before it.
-#include "protocols/run/contact_probe.hpp"
+#include "protocols/contact/contact_probe.hpp"
 
 #include <gmock/gmock.h>
 
 #include <random>
 
+#include "protocols/rig/permit.hpp"
 #include "tests/support/relaxing_contact.hpp"
 #include "tests/support/run_fixture.hpp"
 
@@ -26,10 +27,18 @@ class Probe : public RunFixture {
     frame.noise_N = 1e-4;
     frame.travel_m = 4.9e-3;
     feed();
-    parts().log.begin_step(step(0));
-    before_ = run(parts().view.living_rest()).value();
-    parts().watch.learn_rest(before_);
+    restart_at_rest();
+  }
+  void restart_at_rest() {
+    restart().log.begin_step(step(0));
+    before_ = run(parts().meter.measure_alive()).value();
+    parts().watch.learn_zero(before_);
     sink.events.clear();
+  }
+  void restart_with_travel_step(std::optional<double> step_m) {
+    frame.abilities().travel_step.reset();
+    if (step_m) frame.abilities().travel_step = Length::from_si(*step_m);
+    restart_at_rest();
   }
   // Puts the frame where the threshold was reached.
   void touch(std::function<double(double)> force_at) {
@@ -50,26 +59,20 @@ class Probe : public RunFixture {
     EXPECT_TRUE(stepped) << stepped.error().what;
     return highest_N_;
   }
-  Rest look_at(double travel_m) {
+  RestMeasurement look_at(double travel_m) {
     frame.travel_m = travel_m;
-    return run(parts().view.watch_rest(ContactProbe::kLook)).value();
+    return run(parts().meter.measure(ContactProbe::kLook)).value();
   }
   // Shows the samples of the approach, at these distances before contact.
-  void show_digit(std::initializer_list<double> off_m) {
-    parts().watch.permit(Pressing::Permit());
-    for (const double x : off_m) {
-      frame.travel_m = kContact_m - x;
-      const FrameSample s = frame.sample();
-      parts().watch.add_pressed(std::span(&s, 1));
-    }
-    parts().watch.compare(MotionOutcome(), 0);
+  void show_step(std::initializer_list<double> off_m) {
+    for (const double x : off_m) show(0, kContact_m - x);
   }
   const StiffnessEvent& stiffness() const { return *sink.events.back().as<StiffnessEvent>(); }
   static double spring(double travel_m) {
     return kStiffness_N_m * std::max(0.0, travel_m - kContact_m);
   }
 
-  Rest before_;
+  RestMeasurement before_;
   double highest_N_ = 0;
   ContactProbe probe{parts(), before_, kThreshold_N};
 };
@@ -100,7 +103,7 @@ TEST_F(Probe, OfAForceThatWasGoneOnceTheFrameStoodIsNoContact) {
 }
 
 TEST_F(Probe, StopsWhereTheForceRisesOnTheWayBack) {
-  show_digit({100e-6, 99.9e-6, 99.8e-6});
+  show_step({100e-6, 99.9e-6, 99.8e-6});
   touch([](double travel_m) { return travel_m < kTouched_m - 1e-7 ? 0.1 : kThreshold_N; });
   step_back();
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 1);
@@ -111,7 +114,7 @@ TEST_F(Probe, OfAForceThatRisesOnTheWayBackAndNotAtRestIsThatOfADriveThatPresses
   touch([](double travel_m) { return kThreshold_N + kStiffness_N_m * (kTouched_m - travel_m); });
   step_back();
   EXPECT_TRUE(probe.rose());
-  EXPECT_GT(probe.rose_beyond_N(run(parts().view.watch_rest(3s)).value()), 4e-3);
+  EXPECT_GT(probe.rose_beyond_N(run(parts().meter.measure(3s)).value()), 4e-3);
 }
 
 TEST_F(Probe, OfAForceThatRisesAtRestAsOnTheWayBackIsADrift) {
@@ -119,7 +122,7 @@ TEST_F(Probe, OfAForceThatRisesAtRestAsOnTheWayBackIsADrift) {
   touch([&](double) { return kThreshold_N + 5e-3 * to_seconds(clock.now() - begun); });
   step_back();
   EXPECT_TRUE(probe.rose());
-  EXPECT_LE(probe.rose_beyond_N(run(parts().view.watch_rest(3s)).value()), 0);
+  EXPECT_LE(probe.rose_beyond_N(run(parts().meter.measure(3s)).value()), 0);
 }
 
 // The cell shows a tenth of the force when the probe stops.
@@ -146,36 +149,26 @@ TEST_F(Probe, StaysWithinTheLimitsOfTravel) {
 
 // It stands at 5.002 mm and shows 5.005 mm. A place less than a digit before that is deeper.
 TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
+  restart_with_travel_step(7e-6);
   frame.digit_m = 7e-6;
-  show_digit({100e-6, 90e-6, 70e-6, 60e-6, 50e-6, 40e-6, 30e-6, 20e-6});
+  show_step({100e-6, 90e-6, 70e-6, 60e-6, 50e-6, 40e-6, 30e-6, 20e-6});
   EXPECT_LE(highest_N_on_way_back(5.005e-3), spring(kTouched_m));
   EXPECT_TRUE(probe.is_contact());
 }
 
-// A search of few steps: 0.2 um back leads deeper, and the next step is of a digit.
-TEST_F(Probe, OfACoarseTravelThatIsNotSureTriesAShortStepAndThenOneOfADigit) {
+// Nothing is stated, and the few steps show nothing: the travel may be as coarse as any.
+TEST_F(Probe, OfATravelOfUnknownStepGoesBackByTheCoarsest) {
+  restart_with_travel_step(std::nullopt);
   frame.digit_m = 7e-6;
-  show_digit({100e-6, 60e-6, 20e-6});
-  EXPECT_LE(highest_N_on_way_back(5.005e-3), spring(kTouched_m + frame.digit_m / 2));
-  EXPECT_TRUE(probe.is_contact());
-  EXPECT_EQ(events_of("contradiction"), 0);
-  EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 2);
-}
-
-// On a contact that may be so stiff that this would go beyond the limit.
-TEST_F(Probe, OfACoarseTravelOnAStiffContactStepsBackByADigit) {
-  frame.digit_m = 7e-6;
-  const FrameCapabilities& caps = frame.capabilities();
-  setup().pressing.emplace(Forecast(caps, ForceBound({}, 600e3), {}), caps);
-  show_digit({100e-6, 60e-6, 20e-6});
+  show_step({100e-6, 60e-6, 20e-6});
   EXPECT_LE(highest_N_on_way_back(5.005e-3), spring(kTouched_m));
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 1);
 }
 
-// Its few steps were round figures.
-TEST_F(Probe, OfAFineTravelThatLooksCoarseStepsBackByLittle) {
+// What is stated counts, whatever its few steps looked like.
+TEST_F(Probe, OfAFineTravelStepsBackByLittle) {
   frame.digit_m = 1e-7;
-  show_digit({100e-6, 60e-6, 20e-6});
+  show_step({100e-6, 92e-6, 84e-6});
   touch(spring);
   step_back();
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 4) << "0.2, 0.4, 0.8 and 1.6 um";
@@ -203,7 +196,7 @@ TEST_F(Probe, OfAForceThatFallsSaysThatTheCellIsTheWrongWayRound) {
   ASSERT_FALSE(felt);
   EXPECT_THAT(felt.error().what, HasSubstr("the load cell is connected the wrong way"));
   EXPECT_EQ(events_of("contradiction"), 1);
-  EXPECT_TRUE(parts().guard.is_distrusted());
+  EXPECT_FALSE(parts().rig.trust.force);
 }
 
 TEST_F(Probe, OfAForceThatFallsWithinItsScatterBlamesTheFrameOnly) {
@@ -213,7 +206,7 @@ TEST_F(Probe, OfAForceThatFallsWithinItsScatterBlamesTheFrameOnly) {
   const auto felt = probe.check_felt(-kThreshold_N);
   ASSERT_FALSE(felt);
   EXPECT_THAT(felt.error().what, HasSubstr("does the frame hunt?"));
-  EXPECT_FALSE(parts().guard.is_distrusted());
+  EXPECT_TRUE(parts().rig.trust.force);
 }
 
 TEST_F(Probe, TellsTheStiffnessBetweenItsBounds) {
@@ -233,10 +226,7 @@ TEST_F(Probe, TellsNoStiffnessOfAContactThatIsLostAtOnce) {
   EXPECT_TRUE(probe.is_contact());
   probe.conclude_stiffness(look_at(4e-3), kSpeed_m_s);
   EXPECT_FALSE(stiffness().stiffness_N_m);
-  Pressing::State now;
-  now.limits = parts().guard.limits();
-  now.force_max_N = now.limits.force_max_N;
-  const auto refused = parts().pressing->to_force(now, 0.5, 5e-3);
+  const auto refused = permit_to_force(parts().rig, 0.5, 5e-3);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what,
               HasSubstr("nothing was measured at contact: the first step back, 0.2 um, left it"));
@@ -265,9 +255,10 @@ class ProbeOfRelaxing : public Probe {
   std::optional<StiffnessEvent> tells(const RelaxingRig& rig) {
     const FrameCapabilities& caps = frame.capabilities();
     const ForceBound expected({}, rig.stiffness_N_m);
-    setup().pressing.emplace(Forecast(caps, ForceBound({}, 2 * rig.quick_N_m()), expected), caps);
+    setup().forecast.emplace(caps, ForceBound({}, 2 * rig.quick_N_m()), expected);
+    restart_at_rest();
     frame.force_at = nullptr;
-    show_digit({100e-6, 99.9e-6, 99.8e-6});
+    show_step({100e-6, 99.9e-6, 99.8e-6});
     RelaxingContact contact(rig, kContact_m, clock.now());
     frame.travel_m = contact.touched_m();
     frame.force_at = [&](double travel_m) { return contact.force_at(travel_m, clock.now()); };
@@ -283,7 +274,7 @@ class ProbeOfRelaxing : public Probe {
   }
   // By which a motion is judged that stops at `from_N` and goes on for `way_m`.
   double forecast_N(double from_N, double way_m) {
-    return parts().pressing->forecast().bound().force_after_N(from_N, way_m);
+    return parts().rig.forecast->bound().force_after_N(from_N, way_m);
   }
 };
 
@@ -341,7 +332,8 @@ class ProbeAfterOverrun : public Probe {
   bool tells_stiffness(double speed_m_s) {
     const FrameCapabilities& caps = frame.capabilities();
     const ForceBound expected({}, kStiffness_N_m);
-    setup().pressing.emplace(Forecast(caps, ForceBound({}, 120e3), expected), caps);
+    setup().forecast.emplace(caps, ForceBound({}, 120e3), expected);
+    restart_at_rest();
     ContactProbe overran(parts(), before_, kThreshold_N / 4);
     touch(spring);
     EXPECT_TRUE(run(overran.step_back(kTouched_m)));
@@ -361,7 +353,7 @@ TEST_F(ProbeAfterOverrun, TellsNoStiffnessThatDoesNot) {
 TEST_F(Probe, TakesTheLookAfterTheWayBackAsTheOneWithoutContact) {
   touch(spring);
   step_back();
-  const Rest after = look_at(4e-3);
+  const RestMeasurement after = look_at(4e-3);
   EXPECT_EQ(&probe.off_contact(after), &after);
 }
 
@@ -369,8 +361,8 @@ TEST_F(Probe, TakesTheLookAfterTheWayBackAsTheOneWithoutContact) {
 TEST_F(Probe, TakesItsLastStepWhereTheWayBackStillPresses) {
   touch(spring);
   step_back();
-  const Rest pressing = look_at(kTouched_m);
-  const Rest& bare = probe.off_contact(pressing);
+  const RestMeasurement pressing = look_at(kTouched_m);
+  const RestMeasurement& bare = probe.off_contact(pressing);
   EXPECT_NE(&bare, &pressing);
   EXPECT_LT(bare.force_N(), pressing.force_N());
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stiffness that looks at a frame reveal, on drives with and without lost motion.
-#include "protocols/watch/contact_slope.hpp"
+#include "protocols/contact/contact_slope.hpp"
 
 #include <gtest/gtest.h>
 
@@ -37,12 +37,13 @@ class WayBack {
       if (left_N > kNoContact_N * felt_N) ++touching_;
     }
   }
-  std::optional<ContactSlope> slope() const {
-    return contact_slope(looks_, touching_, looks_.front().force_N(), 0, 0);
-  }
-  double proven_N_m() const { return proven_stiffness_N_m(looks_, looks_.front().force_N(), 0, 0); }
+  std::optional<ContactSlope> slope() const { return contact_slope(looks_, touching_, facts()); }
+  double proven_N_m() const { return proven_stiffness_N_m(looks_, facts()); }
 
  private:
+  RetreatFacts facts() const {
+    return {looks_.front().force_N(), 0, 0, std::max(2e-7, drive_.digit_m)};
+  }
   void look(double force_N, double back_m) {
     std::normal_distribution<double> noise(0, drive_.noise_N);
     const double travel_m = std::round((6.01145e-3 - back_m) / drive_.digit_m) * drive_.digit_m;
@@ -57,7 +58,7 @@ class WayBack {
 
   const DriveWithPlay drive_;
   std::mt19937 random_;
-  std::vector<Rest> looks_;
+  std::vector<RestMeasurement> looks_;
   std::size_t touching_ = 1;
 };
 
@@ -92,7 +93,7 @@ TEST(ContactSlope, IsNotToldWhereThePlayTookUpTheWay) {
 TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
   const std::vector<double> forces_N{4.11852, 4.1181,  4.11706, 4.11623, 4.1126,  4.10702, 4.09427,
                                      4.0694,  4.01919, 3.91969, 3.72102, 3.32477, 2.53623};
-  std::vector<Rest> looks;
+  std::vector<RestMeasurement> looks;
   double back_m = 0;
   for (const double force_N : forces_N) {
     std::vector<FrameSample> samples(kSamples);
@@ -103,7 +104,7 @@ TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
     looks.emplace_back().add(samples);
     back_m = back_m > 0 ? 2 * back_m : 2e-7;
   }
-  const auto slope = contact_slope(looks, looks.size(), forces_N.front(), 0, 0);
+  const auto slope = contact_slope(looks, looks.size(), {forces_N.front(), 0, 0, 2e-7});
   ASSERT_TRUE(slope);
   EXPECT_GE(slope->at_most, 3860) << "the whole way";
   EXPECT_LT(slope->at_most, 3950);
@@ -146,7 +147,8 @@ class RelaxingWayBack {
   }
   double proven_N_m() const {
     const double drift_N_s = std::abs(cell_.drift_N_s);
-    return proven_stiffness_N_m(looks_, looks_.front().force_N(), drift_N_s, relaxes_N_s_);
+    return proven_stiffness_N_m(
+        looks_, {looks_.front().force_N(), drift_N_s, relaxes_N_s_, std::max(2e-7, cell_.digit_m)});
   }
 
  private:
@@ -154,17 +156,17 @@ class RelaxingWayBack {
 
   void look_at_contact(std::size_t looks) {
     travel_m_ = contact_.touched_m();
-    std::vector<Rest> seen(1, look());
+    std::vector<RestMeasurement> seen(1, look());
     while (seen.size() < looks) {
-      const Rest now = look();
-      for (const Rest& before : seen) {
+      const RestMeasurement now = look();
+      for (const RestMeasurement& before : seen) {
         relaxes_N_s_ = std::min(relaxes_N_s_, fastest_fall_N_s(before, now));
       }
       seen.push_back(now);
     }
     looks_.push_back(seen.back());
   }
-  Rest look() {
+  RestMeasurement look() {
     std::normal_distribution<double> noise(0, cell_.noise_N);
     std::vector<FrameSample> samples(kSamples);
     for (FrameSample& s : samples) {
@@ -174,7 +176,7 @@ class RelaxingWayBack {
       s.force_N = contact_.force_at(travel_m_, now_) + drifted_N + noise(random_);
       s.travel_m = std::round(travel_m_ / cell_.digit_m) * cell_.digit_m;
     }
-    Rest rest;
+    RestMeasurement rest;
     rest.add(samples);
     return rest;
   }
@@ -185,7 +187,7 @@ class RelaxingWayBack {
   MonoTime now_{};
   double travel_m_ = 0;
   double relaxes_N_s_ = HUGE_VAL;
-  std::vector<Rest> looks_;
+  std::vector<RestMeasurement> looks_;
 };
 
 // What is proven decides whether a cell is believed, so it must not be too much: no more than the
@@ -225,7 +227,7 @@ TEST(ContactSlope, NoMoreIsProvenThanThereIsOfASpecimenThatRelaxes) {
 TEST(ContactSlope, IsNotToldOfAWayOfASingleDigit) {
   constexpr double kDigit_m = 2e-6;
   for (int place = 1; place <= 1000; ++place) {
-    std::vector<Rest> looks;
+    std::vector<RestMeasurement> looks;
     for (int i = 0; i < 3; ++i) {
       std::vector<FrameSample> samples(kSamples);
       for (std::size_t k = 0; k < kSamples; ++k) {
@@ -234,7 +236,7 @@ TEST(ContactSlope, IsNotToldOfAWayOfASingleDigit) {
       }
       looks.emplace_back().add(samples);
     }
-    const auto slope = contact_slope(looks, 2, 0.35, 0, 0);
+    const auto slope = contact_slope(looks, 2, {0.35, 0, 0, kDigit_m});
     EXPECT_FALSE(slope) << place << ": at most " << slope->at_most;
   }
 }
@@ -242,11 +244,11 @@ TEST(ContactSlope, IsNotToldOfAWayOfASingleDigit) {
 TEST(ContactSlope, WithoutATravelIsNotTold) {
   FrameSample sample;
   sample.force_N = 1;
-  std::vector<Rest> looks(2);
+  std::vector<RestMeasurement> looks(2);
   looks[0].add(std::span(&sample, 1));
   sample.force_N = 0.5;
   looks[1].add(std::span(&sample, 1));
-  EXPECT_FALSE(contact_slope(looks, 2, 1, 0, 0));
+  EXPECT_FALSE(contact_slope(looks, 2, {1, 0, 0, 1e-7}));
 }
 
 // Random drives: how many slopes were reported, and how many of these were too low.

@@ -210,9 +210,7 @@ TEST_F(End, WaitsUntilTheCellShowsThatTheSpecimenIsUnloaded) {
 // A force below zero is a pull, or a zero that was taken under load. Nobody can tell which.
 TEST_F(End, WithAForceBelowItsLimitMovesNothingAndBlamesNobody) {
   frame.force_N = -1.2;
-  parts().view.add({});
-  const FrameSample s = frame.sample();
-  parts().watch.check_limits(s);
+  parts().watch.add(frame.sample());
   const RunResult result = end_by(Interrupt::limit);
   EXPECT_EQ(finallies, 0);
   EXPECT_THAT(result.reason, HasSubstr("the load cell shows -1.200 N: the specimen pulls at the "

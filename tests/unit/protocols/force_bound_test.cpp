@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/plan/force_bound.hpp"
+#include "protocols/rig/force_bound.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/plan/forecast.hpp"
+#include "protocols/rig/forecast.hpp"
 
 #include <gtest/gtest.h>
 

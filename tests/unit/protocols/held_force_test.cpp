@@ -100,7 +100,7 @@ class HoldingRun final : public RunFixture {
     frame.travel_m = 4.8e-3;
     frame.force_at = [](double travel_m) { return 1e4 * std::max(0.0, travel_m - 5e-3); };
     feed();
-    parts().watch.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_zero(run(parts().meter.measure_alive()).value());
     parts().drive.will_hold(kHeldBefore_N);
   }
   void TestBody() override {}

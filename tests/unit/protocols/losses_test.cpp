@@ -24,7 +24,7 @@ class Loss : public RunFixture {
     parts().progress.enter<RunState::running>();
     parts().drive.set_prepared(true);
     parts().log.begin_step(step(0));
-    parts().watch.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_zero(run(parts().meter.measure_alive()).value());
   }
   std::optional<InterruptRequest> survive() {
     parts().interrupts.take();  // the loss itself

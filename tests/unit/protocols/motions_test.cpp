@@ -20,7 +20,7 @@ class Motion : public RunFixture {
     frame.travel_m = 5e-3;
     feed();
     parts().log.begin_step(step(0));
-    parts().watch.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_zero(run(parts().meter.measure_alive()).value());
     sink.events.clear();
   }
   Result<> to_travel(double travel_m) { return run(parts().motions.to_travel(travel_m, 1e-3, 60)); }
@@ -30,7 +30,7 @@ TEST_F(Motion, ArmsTheDeviceThenMoves) {
   const auto moved = to_travel(1e-3);
   EXPECT_TRUE(moved) << moved.error().what;
   EXPECT_THAT(frame.commands, ElementsAre("arm", "move_to"));
-  EXPECT_DOUBLE_EQ(*parts().view.travel_m(), 1e-3);
+  EXPECT_DOUBLE_EQ(*parts().rig.frame.seen.travel_m, 1e-3);
   EXPECT_EQ(sink.kinds().front(), "motion");
 }
 
@@ -62,7 +62,8 @@ TEST_F(Motion, ThatTheContactStoppedSaysSo) {
   frame.motion_says.reason = MotionEnd::travel_limit;
   EXPECT_EQ(run(parts().motions.to_force(0.1, 1e-5, 60)).error().what,
             "step r: the frame stopped at its travel limit");
-  parts().watch.know_contact(5e-3, 0.02, 1e4);
+  parts().watch.place_contact(5e-3, 0.02);
+  parts().watch.know_least_stiffness(5e-3, 0.02, 1e4);
   EXPECT_THAT(run(parts().motions.to_force(0.1, 1e-5, 60)).error().what,
               HasSubstr("where the contact that was found must show 0.1 N at least"));
 }
@@ -82,7 +83,7 @@ TEST_F(Motion, EndsAHold) {
 }
 
 TEST_F(Motion, TowardsTheSpecimenIsSkippedOnceTheForceIsNotBelieved) {
-  parts().distrust.distrust_force();
+  parts().watch.invalidate_force();
   EXPECT_TRUE(to_travel(6e-3));
   EXPECT_THAT(frame.commands, IsEmpty());
   EXPECT_THAT(sink.kinds(), ElementsAre("skipped"));
@@ -112,9 +113,9 @@ TEST_F(Motion, WhatTheCellShowsLateIsNoDriveThatDisobeys) {
   const double worst_N = sink.events.back().as<OvershootEvent>()->predicted_N;
   const auto shows = [this](double force_N) {
     frame.force_N = force_N;
-    return parts().watch.check(frame.sample());
+    return most_severe(parts().watch.add(frame.sample())) != nullptr;
   };
-  parts().watch.order(parts().truth.motion_now(-1, 1e-5, parts().view.shown_force()));
+  parts().watch.order(parts().rig.order_now(-1, 1e-5, parts().meter.noise_N()));
   EXPECT_FALSE(shows(worst_N));
   EXPECT_TRUE(shows(worst_N + 0.1));
   EXPECT_GT(worst_N, 0.39) << "more than the tolerance of the way away";

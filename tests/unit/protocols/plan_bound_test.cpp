@@ -94,7 +94,7 @@ TEST(Plan, ASpeedThatARefusalNamesIsAcceptedAfterAnotherLook) {
            R"(,"timeout_s":4000})";
   };
   const auto rig = [](double noise_N) {
-    Rest rest;
+    RestMeasurement rest;
     for (int i = 0; i < 20; ++i) {
       FrameSample s;
       s.force_N = i % 2 == 0 ? noise_N : -noise_N;
@@ -103,7 +103,7 @@ TEST(Plan, ASpeedThatARefusalNamesIsAcceptedAfterAnotherLook) {
     }
     Rig noisy = frame_rig();
     noisy.force_noise_N = rest.scatter_N();
-    noisy.force_scatter = ForceScatter(rest);
+    noisy.force_scatter = CellNoise(rest);
     return noisy;
   };
   constexpr double kNoise_N = 0.002;

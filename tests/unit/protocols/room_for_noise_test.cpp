@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "protocols/watch/watch_figures.hpp"
+#include "protocols/rig/tolerances.hpp"
 
 namespace lcrig {
 namespace {
@@ -25,16 +25,16 @@ double exceeds_by(double ratio, double freedoms) {
   return sum * end / kSteps;
 }
 
-TEST(Rest, AnotherLookHardlyEverFindsMoreScatterThanWasForeseenHoweverFewItsSamples) {
+TEST(RestMeasurement, AnotherLookHardlyEverFindsMoreScatterThanWasForeseenHoweverFewItsSamples) {
   for (const double freedoms : {2, 3, 4, 9, 14, 19, 24, 50, 100, 400}) {
     EXPECT_LT(exceeds_by(scatter_anew(freedoms), freedoms), 1e-3) << freedoms;
     EXPECT_GT(exceeds_by(scatter_anew(freedoms), freedoms), 1e-4) << freedoms << ": too careful";
   }
 }
 
-Rest look_at_cell(std::mt19937& random, double noise_N, double digit_N, int count) {
+RestMeasurement look_at_cell(std::mt19937& random, double noise_N, double digit_N, int count) {
   std::normal_distribution<double> noise(0, noise_N);
-  Rest rest;
+  RestMeasurement rest;
   for (int i = 0; i < count; ++i) {
     FrameSample s;
     s.force_N = std::round(noise(random) / digit_N) * digit_N;
@@ -44,7 +44,7 @@ Rest look_at_cell(std::mt19937& random, double noise_N, double digit_N, int coun
   return rest;
 }
 
-TEST(ForceScatter, AnotherLookHardlyEverNeedsMoreRoomThanWasForeseen) {
+TEST(CellNoise, AnotherLookHardlyEverNeedsMoreRoomThanWasForeseen) {
   constexpr int kPairs = 10'000;
   std::mt19937 random(17);
   for (const int count : {10, 20, 25, 50}) {
@@ -52,8 +52,8 @@ TEST(ForceScatter, AnotherLookHardlyEverNeedsMoreRoomThanWasForeseen) {
       SCOPED_TRACE(testing::Message() << count << " samples, digit " << digit_N);
       int more = 0;
       for (int i = 0; i < kPairs; ++i) {
-        const ForceScatter first(look_at_cell(random, 1e-3, digit_N, count));
-        const ForceScatter second(look_at_cell(random, 1e-3, digit_N, count));
+        const CellNoise first(look_at_cell(random, 1e-3, digit_N, count));
+        const CellNoise second(look_at_cell(random, 1e-3, digit_N, count));
         if (first.alive) more += second.sure_noise_N() > first.sure_noise_anew_N();
       }
       EXPECT_LT(more, kPairs / 1000);
@@ -62,16 +62,16 @@ TEST(ForceScatter, AnotherLookHardlyEverNeedsMoreRoomThanWasForeseen) {
 }
 
 // A digit of four standard deviations that flips once in 20 samples.
-TEST(ForceScatter, NoiseIsNeverLessThanTheDigitMayHide) {
+TEST(CellNoise, NoiseIsNeverLessThanTheDigitMayHide) {
   const auto seen = [](int flips) {
-    Rest rest;
+    RestMeasurement rest;
     for (int i = 0; i < 20; ++i) {
       FrameSample s;
       s.force_N = i < flips ? 8e-3 : 0;
       s.received = MonoTime() + i * 50ms;
       rest.add(std::span(&s, 1));
     }
-    return ForceScatter(rest).sure_noise_N();
+    return CellNoise(rest).sure_noise_N();
   };
   EXPECT_GE(seen(1), 4e-3);
   EXPECT_GE(seen(10), 4e-3);

@@ -21,7 +21,7 @@ class Parts : public RunFixture {
     frame.travel_m = 5e-3;
     feed();
     parts().log.begin_step(step(0));
-    parts().watch.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_zero(run(parts().meter.measure_alive()).value());
     frame.commands.clear();
   }
   Result<> move_to(TargetKind kind, double value) {
@@ -50,7 +50,7 @@ TEST_F(Parts, MoveToATravelOfTheMachine) {
 }
 
 TEST_F(Parts, MoveToAGapAboveContact) {
-  parts().contact.place(6e-3, 0);
+  parts().watch.place_contact(6e-3, 0);
   const auto moved = move_to(TargetKind::gap, 2e-3);
   ASSERT_TRUE(moved) << moved.error().what;
   EXPECT_DOUBLE_EQ(frame.travel_m, 4e-3);
@@ -105,9 +105,8 @@ TEST_F(Parts, PointSaysWhereARunWouldGoOn) {
   parts().progress.count_step();
   parts().progress.count_step();
   parts().labels.enter_repeat(4);
-  parts().contact.place(6e-3, 0.02);
-  parts().view.zeroed(true);
-  parts().view.sum_zeros(0.5);
+  parts().watch.place_contact(6e-3, 0.02);
+  parts().watch.take_over_zeros(true, 0.5);
   const RunPoint point = parts().point();
   EXPECT_EQ(point.steps_done, 2);
   EXPECT_EQ(point.contact_travel_m, 6e-3);
@@ -135,12 +134,12 @@ TEST_F(Parts, SeeTheVariableOfASweepInEachPass) {
   force.value.name = "f_N";
   Target gap = force;
   gap.kind = TargetKind::gap;
-  parts().contact.place(6e-3, 0);
+  parts().watch.place_contact(6e-3, 0);
   for (const double value : {1e-3, 2e-3}) {
     values.set("f_N", value);
     EXPECT_EQ(parts().get(force.value), value);
     EXPECT_EQ(parts().labels.force_of(force), value);
-    EXPECT_DOUBLE_EQ(parts().contact.travel_of(gap, "r").value(), 6e-3 - value);
+    EXPECT_DOUBLE_EQ(travel_of(gap, parts()).value(), 6e-3 - value);
   }
   EXPECT_TRUE(setup().environment.values().empty());
 }

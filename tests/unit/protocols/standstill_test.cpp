@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/watch/standstill.hpp"
+#include "protocols/run/standstill.hpp"
 
 #include <gtest/gtest.h>
 

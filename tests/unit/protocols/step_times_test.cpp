@@ -54,7 +54,7 @@ class StepTimes : public RunFixture {
     frame.set_listener(&view_);
     asio::co_spawn(io, frame.send_samples(), asio::detached);
     parts().log.begin_step(step(0));
-    parts().watch.learn_rest(run(parts().view.living_rest()).value());
+    parts().watch.learn_zero(run(parts().meter.measure_alive()).value());
     frame.force_N = 0.5;
     frame.never_ends = true;
     clock.run_for(io, 1s);
@@ -113,7 +113,10 @@ class StepTimes : public RunFixture {
  private:
   struct View final : LoadFrame::Listener {
     explicit View(StepTimes& t) : test(t) {}
-    void on_samples(std::span<const FrameSample> s) override { test.parts().view.add(s); }
+    void on_samples(std::span<const FrameSample> s) override {
+      test.parts().meter.add(s);
+      for (const FrameSample& sample : s) test.parts().watch.add(sample);
+    }
     void on_frame_event(EventName, std::string) override {}
     void on_frame_lost(Error) override {}
     StepTimes& test;
@@ -221,7 +224,7 @@ TEST_F(StepTimes, AMotionAtTwoSpeedsHasOneTimeOut) {
   step.final_speed = Number(1e-5);
   step.final_from = Number(0.5);
   step.timeout = Number(10);
-  parts().distrust.distrust_force();  // this frame does not move, and its ends are not compared
+  parts().watch.invalidate_force();  // this frame does not move, and its ends are not compared
   frame.never_ends = false;
   frame.motion_lasts = 6s;
   EXPECT_EQ(is_continued(step), 10s);

@@ -8,8 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "protocols/checks/check.hpp"
 #include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
+#include "tools/lcrig/watch_checks.hpp"
 
 namespace lcrig::cli {
 namespace {
@@ -133,6 +135,13 @@ TEST_F(WatchReplayed, MistakesAreNamed) {
   EXPECT_EQ(cli.run({"--db", db, "watch", "--against", "x"}), 2);
   EXPECT_THAT(cli.err.str(), HasSubstr("--against is for `watch replay`"));
   EXPECT_NE(cli.run({"--db", db, "watch", "replay", "7"}), 0);
+}
+
+// Checks and constants stand in one place; the page is their print.
+TEST(WatchChecks, ThePageOfTheWatchShowsTheTableOfThisProgram) {
+  EXPECT_THAT(text_of("docs/watch.md"), HasSubstr(checks_text()))
+      << "docs/watch.md: replace its table by what `lcrig watch checks` prints";
+  EXPECT_EQ(checks_json().at("checks").size(), all_checks().size());
 }
 
 }  // namespace

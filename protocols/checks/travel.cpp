@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The corridor of the travel: a sample outside it, and a frame that makes no progress inside it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/checks/checks.hpp"
+#include "protocols/rig/corridor.hpp"
+
+namespace lcrig::checks {
+
+namespace {
+
+constexpr int kStalled = 4;  // consecutive parts of the time for progress without any
+constexpr int kSureFlags = 1;  // a single flag may belong to the motion before
+
+}  // namespace
+
+Found place_after_motion(const RigState& rig, const Sight& /*sight*/) {
+  const auto& claim = rig.course.claim;
+  if (!claim || std::abs(claim->shown_m - claim->reported_m) <= claim->allowed_m) {
+    return std::nullopt;
+  }
+  if (rig.frame.motion == FrameMotion::moving) {
+    return fmt::format("the frame said that it stands at {:.4f} mm, and shows {:.4f} mm",
+                       claim->reported_m * 1e3, claim->shown_m * 1e3);
+  }
+  return fmt::format(
+      "the frame moves without a command: it said that it stands at {:.4f} mm, and shows {:.4f} mm",
+      claim->reported_m * 1e3, claim->shown_m * 1e3);
+}
+
+Found against_order(const RigState& rig, const Sight& sight) {
+  if (!sight.sample.travel_m) return std::nullopt;
+  const double travel_m = *sight.sample.travel_m;
+  const bool towards = rig.frame.order.direction > 0;
+  const Corridor corridor = travel_corridor(rig, sight.sample.received);
+  const auto& edge = towards ? corridor.lower : corridor.upper;
+  if (!edge || !(towards ? travel_m < edge->value() : travel_m > edge->value())) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "the frame runs against the command: {:.4f} mm {} the specimen instead of {} it",
+      std::abs(travel_m - edge->terms().front().value) * 1e3, towards ? "away from" : "towards",
+      towards ? "towards" : "away from");
+}
+
+Found ahead_of_order(const RigState& rig, const Sight& sight) {
+  if (!sight.sample.travel_m || rig.course.claim) return std::nullopt;
+  const double travel_m = *sight.sample.travel_m;
+  const bool towards = rig.frame.order.direction > 0;
+  const Corridor corridor = travel_corridor(rig, sight.sample.received);
+  const auto& edge = towards ? corridor.upper : corridor.lower;
+  if (!edge || !(towards ? travel_m > edge->value() : travel_m < edge->value())) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "the frame is ahead of the command: {:.4f} mm after {:.1f} s from {:.4f} mm, where {:.4g} "
+      "mm/s "
+      "were ordered",
+      travel_m * 1e3, to_seconds(sight.sample.received - rig.frame.since),
+      edge->terms().front().value * 1e3, rig.frame.order.speed_m_s * 1e3);
+}
+
+// A force that changes together with the travel is real.
+Found moves_at_standstill(const RigState& rig, const Sight& sight) {
+  const auto& stood_m = rig.course.stood_m;
+  const double way_m = sight.sample.travel_m && stood_m ? *sight.sample.travel_m - *stood_m : 0;
+  const double allowed_m = std::max(rig.tolerances.standing_m, kTravelSteps * rig.travel_step_m());
+  const bool flagged = rig.course.moving_flags > kSureFlags;
+  const bool creeps = std::abs(way_m) > allowed_m || (rig.course.jump && rig.course.jump->moves);
+  if (!flagged && !creeps) return std::nullopt;
+  return fmt::format("the frame moves without a command: {:+.4f} mm since it stood{}", way_m * 1e3,
+                     flagged ? ", and it says that it moves" : "");
+}
+
+Found stalls(const RigState& rig, const Sight& /*sight*/) {
+  const auto& idle = rig.course.last_idle;
+  if (rig.course.idle < kStalled || idle.moves) return std::nullopt;
+  const double speed_m_s = rig.frame.order.speed_m_s;
+  return fmt::format(
+      "the frame does not move as it was told to, and does not say that it stands: {:.4f} mm in "
+      "the last {:.1f} s{}",
+      idle.way_m * 1e3, idle.seconds,
+      speed_m_s > 0 ? fmt::format(", where {:.4g} mm/s were ordered", speed_m_s * 1e3)
+                    : std::string());
+}
+
+Found loop_without_force(const RigState& rig, const Sight& sight) {
+  const auto& idle = rig.course.last_idle;
+  if (rig.course.idle < kStalled || !idle.moves || !sight.sample.force_N) return std::nullopt;
+  return fmt::format(
+      "the force loop goes on, {:.4f} mm in the last {:.1f} s, and the force does not follow: "
+      "{:.4f} N; the load cell shows too little, or the specimen gave way",
+      idle.way_m * 1e3, idle.seconds, *sight.sample.force_N);
+}
+
+}  // namespace lcrig::checks

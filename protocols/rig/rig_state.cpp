@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/rig/rig_state.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace lcrig {
+
+namespace {
+
+// A cell may differ from its unloaded force by this part of the limit before it counts as loaded.
+constexpr double kLoadOfLimit = 0.01;
+constexpr double kShortest_s = 0.5;  // observation of a force that may relax
+// An older force than this many sample periods is not the present one.
+constexpr double kNewSamples = 2;
+// Samples from before a zero may still arrive for this long.
+constexpr double kOldSamples_s = 0.25, kOldSamples = 2;
+
+}  // namespace
+
+RigState::RigState(RigFacts f, std::optional<Forecast> c)
+    : facts(std::move(f)),
+      limits(facts.limits),
+      forecast(std::move(c)),
+      prediction_(facts.frame.cell(), shown_after(facts.frame)) {
+  frame.caps = facts.frame;
+}
+
+double RigState::zero_uncertainty_N() const {
+  return facts.cell.zero_error_N(facts.frame.force_max.si());
+}
+
+double RigState::load_tolerance_N() const {
+  const double noise_N = cell.unloaded ? cell.unloaded->scatter_N() : 0;
+  return std::max(kNoiseSigmas * noise_N, kLoadOfLimit * facts.limits.force_max_N);
+}
+
+bool RigState::is_loaded(double force_N) const {
+  return force_N - cell.unloaded_at_most_N() > load_tolerance_N();
+}
+
+bool RigState::is_pulled(double force_N) const {
+  return cell.unloaded_N() - force_N - zero_uncertainty_N() > load_tolerance_N();
+}
+
+bool RigState::stood_pulled() const {
+  return course.is_force_known && *frame.force_N < limits.force_min_N;
+}
+
+bool RigState::shows_force() const {
+  if (!frame.force_N || frame.overloaded) return false;
+  const Duration new_enough = from_seconds(kNewSamples / facts.rate_Hz);
+  return !frame.last_sample || *frame.last_sample - frame.force_at <= new_enough;
+}
+
+double RigState::travel_step_m() const {
+  return facts.frame.travel_step ? facts.frame.travel_step->si() : course.finest_step_m;
+}
+
+double RigState::travel_step_at_most_m() const {
+  const double known_m = travel_step_m();
+  return known_m > 0 ? known_m : kCoarsestStep_m.value;
+}
+
+double RigState::travel_tolerance_m() const {
+  return kPlace_m + kTravelSteps * travel_step_m() + kNoiseSigmas * tolerances.travel_noise_m;
+}
+
+double RigState::still_m() const {
+  if (!is_watched()) return kStanding_m;
+  return std::max(tolerances.against_m, kTravelSteps * travel_step_m());
+}
+
+double RigState::standing_noise_N() const {
+  return std::sqrt(course.noise_N2);
+}
+
+std::optional<double> RigState::relaxes_N_s() const {
+  if (frame.motion != FrameMotion::standing || !course.stood_first) return std::nullopt;
+  const double dt = to_seconds(course.stood_last->t - course.stood_first->t);
+  if (dt < kShortest_s) return std::nullopt;
+  const double lost_N = course.stood_first->force_N - course.stood_last->force_N;
+  return std::max(0.0, lost_N + tolerances.contact_force_N) / dt;
+}
+
+// At the slowest speeds the expected way must exceed what a drive may hunt.
+double RigState::stall_s() const {
+  const Order& order = frame.order;
+  if (order.direction == 0) {
+    return std::max(tolerances.stall_s, 4 * tolerances.order_force_N / order.rate_N_s);
+  }
+  const double way_m = std::max(1.5 * tolerances.against_m, 3 * travel_step_at_most_m());
+  return std::max(tolerances.stall_s, way_m / order.speed_m_s);
+}
+
+Order RigState::order_now(double direction, double speed_m_s, double measured_noise_N) const {
+  Order m;
+  m.direction = direction;
+  m.speed_m_s = speed_m_s;
+  m.force_N = frame.force_N.value_or(0);
+  // For a motion into the specimen the last known force counts, however old it is.
+  m.force_known = direction >= 0 || shows_force();
+  m.zero_N = cell.zero_N();
+  m.free_N = cell.unloaded_at_most_N();
+  const double felt_N = std::abs(m.force_N - m.zero_N);
+  const double noise_N = std::max({cell.noise_bound_N(), measured_noise_N, standing_noise_N()});
+  const double least_N = std::max(kDifferenceSigmas * noise_N, kLeastOfLimit * force_max_N());
+  m.against_N = least_N + (direction > 0 ? kRelaxes : kGivesBack) * felt_N + zero_uncertainty_N();
+  m.drift_N_s = cell.drift_N_s;
+  if (direction > 0) {  // pressing a specimen never makes it pull
+    const double left_N = m.force_N - limits.force_min_N;
+    m.against_N = std::min(m.against_N, std::max(left_N, kDifferenceSigmas * noise_N));
+  }
+  return m;
+}
+
+Order RigState::hold_now(double measured_noise_N) const {
+  Order m = order_now(0, 0, measured_noise_N);
+  m.holds = true;
+  if (const auto& loop = facts.frame.force_loop) m.loop_N = loop->ripple.si();
+  return m;
+}
+
+RigState::Applied RigState::apply(const WatchInputEvent& e, const RestMeasurement* rest,
+                                  MonoTime at) {
+  switch (e.what) {
+    case WatchInput::rest_measurement:
+    case WatchInput::rest_measurement_near_contact:
+    case WatchInput::noise:
+    case WatchInput::live_cell: return rest != nullptr ? apply_measured(e.what, *rest) : Applied();
+    case WatchInput::compared: {
+      Applied out;
+      if (!forecast) return out;
+      MotionOutcome outcome;
+      outcome.reason = parse_word<MotionEnd>(e.reason.value_or("")).value_or(MotionEnd::fault);
+      outcome.force_N = e.force_N;
+      outcome.travel_m = e.travel_m;
+      out.compared = prediction_.end(outcome, e.noise_N.value_or(0));
+      trust_pressing(out.compared);
+      return out;
+    }
+    default: break;
+  }
+  if (!apply_motion(e, at) && !apply_cell(e, at) && !apply_contact(e, at)) apply_run(e, at);
+  return {};
+}
+
+RigState::Applied RigState::apply_measured(WatchInput what, const RestMeasurement& rest) {
+  Applied out;
+  switch (what) {
+    case WatchInput::rest_measurement: out.tolerances = learn_zero(rest, true); break;
+    case WatchInput::rest_measurement_near_contact: out.tolerances = learn_zero(rest, false); break;
+    case WatchInput::noise: out.tolerances = learn_noise(rest); break;
+    default: cell.noise = CellNoise(rest); break;
+  }
+  return out;
+}
+
+bool RigState::apply_motion(const WatchInputEvent& e, MonoTime at) {
+  switch (e.what) {
+    case WatchInput::order: start(order_of(e), at); return true;
+    case WatchInput::permit:
+      if (forecast) prediction_.begin(permit_of(e));
+      return true;
+    case WatchInput::motion_end: take_standstill(e, at); return true;
+    case WatchInput::standstill: stand(at, e.travel_m); return true;
+    case WatchInput::motion_unknown:
+      frame.motion = FrameMotion::unknown;
+      frame.reported_m.reset();
+      frame.stands_from.reset();
+      course.equal_forces = 0;
+      return true;
+    case WatchInput::force_loop: prediction_.leave_to_loop(); return true;
+    default: return false;
+  }
+}
+
+bool RigState::apply_cell(const WatchInputEvent& e, MonoTime at) {
+  const double force_N = e.force_N.value_or(0);
+  switch (e.what) {
+    case WatchInput::zero_before_contact: cell.untouched_N = force_N; return true;
+    case WatchInput::force_zeroed: zero_force(at, e); return true;
+    case WatchInput::zero_hides:
+      if (trust.force) limits.force_min_N -= force_N - std::exchange(cell.hidden_N, force_N);
+      return true;
+    case WatchInput::zero_took: cell.zeros_under_load_N += force_N; return true;
+    case WatchInput::zero:
+      if (trust.force) {
+        const bool below = force_N < -kNoiseSigmas * e.noise_N.value_or(0);
+        cell.below_zero_N = below ? -force_N : 0;
+      }
+      return true;
+    case WatchInput::force_invalid: invalidate_force(); return true;
+    default: return false;
+  }
+}
+
+bool RigState::apply_contact(const WatchInputEvent& e, MonoTime at) {
+  const double travel_m = e.travel_m.value_or(0);
+  switch (e.what) {
+    case WatchInput::contact: place_contact(travel_m, e.force_N.value_or(0)); return true;
+    case WatchInput::contact_depth: contact.depth_m = travel_m; return true;
+    case WatchInput::contact_unknown: contact.forget(); return true;
+    case WatchInput::contact_taken_over: contact.travel_m = e.travel_m; return true;
+    case WatchInput::search: contact.searched_from_m = e.travel_m; return true;
+    case WatchInput::least_stiffness:
+      if (is_watched()) {
+        contact.least.emplace(at, travel_m, e.force_N.value_or(0), e.stiffness_N_m.value_or(0));
+      }
+      return true;
+    case WatchInput::largest_stiffness:
+      if (forecast) forecast->measured(e.force_N.value_or(0), e.stiffness_N_m.value_or(0));
+      return true;
+    case WatchInput::travel_zeroed: zero_travel(travel_m, at); return true;
+    default: return false;
+  }
+}
+
+void RigState::apply_run(const WatchInputEvent& e, MonoTime at) {
+  const bool on = e.on.value_or(false);
+  switch (e.what) {
+    case WatchInput::prepared: is_prepared = on; break;
+    case WatchInput::stop_pending: is_stop_pending = on; break;
+    case WatchInput::run_start: contact.start_travel_m = e.travel_m; break;
+    case WatchInput::zeros_taken_over:
+      frame.seen.zeroed = on;
+      cell.zeros_N = e.force_N;
+      break;
+    case WatchInput::link_back: {
+      const bool zeroed = frame.seen.zeroed;
+      frame.seen = LastSeen();
+      frame.seen.zeroed = zeroed;
+      break;
+    }
+    case WatchInput::pressing_locked_out:
+      if (forecast) trust.no_pressing = e.reason.value_or("");
+      break;
+    case WatchInput::motion_locked_out:
+      trust.no_motion = Error(Errc::frame_fault, e.reason.value_or(""));
+      break;
+    case WatchInput::age_watched: watches_age = on; break;
+    case WatchInput::age_restarted: course.force_at = course.travel_at = at; break;
+    case WatchInput::stopping: phase = RunPhase::stopping; break;
+    case WatchInput::retreat:
+      phase = RunPhase::finally;
+      course.retreat_noise_N = e.noise_N.value_or(0);
+      course.retreat_from_m = frame.seen.travel_m;
+      break;
+    case WatchInput::ended: phase = RunPhase::ended; break;
+    default: break;
+  }
+}
+
+void RigState::start(const Order& order, MonoTime at) {
+  if (!is_watched()) return;
+  const auto relaxes = relaxes_N_s();
+  end_motion(at);
+  course.pressed.relaxes_N_s = relaxes;
+  frame.motion = FrameMotion::moving;
+  frame.order = order;
+  frame.since = at;
+  course.from_m = frame.reported_m;
+  course.furthest_m.reset();
+  course.peak_N.reset();
+  course.before_N.reset();
+  course.fallen = 0;
+  course.progress.reset();
+  course.idle = 0;
+  start_pressing(at);
+}
+
+void RigState::start_pressing(MonoTime at) {
+  Course::Pressed& p = course.pressed;
+  p.start_N = frame.order.force_N - frame.order.zero_N;
+  p.start = p.last = at;
+  p.too_small = 0;
+  p.crept_m = 0;
+  p.beyond_N.reset();
+  p.best_N.reset();
+  if (contact.least) set_base(p, *contact.least, course.last_travel_m, p.start_N);
+}
+
+// Called at the end of a motion: its force may be shown later.
+void RigState::end_motion(MonoTime at) {
+  const MonoTime until = at + shown_after(facts.frame);
+  if (frame.motion == FrameMotion::moving && frame.order.direction < 0) course.falls_until = until;
+  const auto worst_N = std::exchange(frame.order.worst_N, std::nullopt);
+  if (!worst_N) return;
+  course.follows_to_N = *worst_N;
+  course.follows_until = until;
+}
+
+void RigState::stand(MonoTime at, std::optional<double> travel_m) {
+  if (!is_watched()) return;
+  end_motion(at);
+  // The reported place is compared with the next samples, even if a new order has come by then.
+  if (travel_m || frame.motion != FrameMotion::standing) frame.reported_m = travel_m;
+  frame.motion = FrameMotion::standing;
+  frame.since = at;
+  frame.stands_from.reset();
+  course.stood_m.reset();
+  course.moving_flags = 0;
+  course.recent.clear();
+  course.stood_first.reset();
+  course.stood_last.reset();
+  course.noise_N2 = 0;
+}
+
+// The last sample may still belong to the motion, so the report of its end counts like one.
+void RigState::take_standstill(const WatchInputEvent& e, MonoTime at) {
+  frame.end_force_N = e.force_N;
+  if (e.travel_m) frame.seen.travel_m = e.travel_m;
+  if (!e.force_N) return;
+  frame.force_N = e.force_N;
+  frame.force_at = at;
+  course.is_force_known = true;
+  if (phase != RunPhase::finally) course.peak_force_N = std::max(course.peak_force_N, *e.force_N);
+}
+
+// Returns whether there are new tolerances. If a cell that was alive shows a single value, it may
+// just have frozen, and nothing is learned from it.
+bool RigState::learn_zero(const RestMeasurement& rest, bool is_unloaded) {
+  if (is_watched() && cell.noise.alive && !rest.is_alive()) return false;
+  cell.zero = rest;
+  if (is_unloaded) {
+    cell.unloaded = rest;
+    cell.zeros_under_load_N = 0;
+    cell.untouched_N.reset();
+  }
+  if (!is_watched()) return false;
+  if (rest.drifts()) {
+    cell.drift_N_s = std::abs(rest.drift_N_s()) + kBoundSigmas * rest.drift_error_N_s();
+  }
+  return learn_noise(rest);
+}
+
+bool RigState::learn_noise(const RestMeasurement& rest) {
+  if (!is_watched()) return false;
+  cell.noise.add(rest, tolerances.frozen_samples);
+  const Tolerances before = tolerances;
+  tolerances = tolerances_of(facts.frame, forecast->bound(), facts.limits.force_max_N,
+                             facts.rate_Hz, cell.noise, cell.noise.noise_N);
+  // The noise is a new estimate each time, but an earlier promise to notice a frozen cell is kept.
+  if (before.frozen_samples &&
+      tolerances.frozen_samples.value_or(INT64_MAX) > *before.frozen_samples) {
+    tolerances.frozen_samples = before.frozen_samples;
+    tolerances.frozen_force_s = before.frozen_force_s;
+  }
+  return true;
+}
+
+// From now on every force that the cell can show is allowed, but no motion except a retreat.
+void RigState::invalidate_force() {
+  trust.force = false;
+  cell.below_zero_N = 0;
+  limits.force_max_N = facts.frame.force_max.si();
+  limits.force_min_N = -limits.force_max_N;
+}
+
+void RigState::zero_force(MonoTime at, const WatchInputEvent& e) {
+  frame.seen.zeroed = true;
+  if (e.force_N) cell.zeros_N = cell.zeros_N.value_or(0) + *e.force_N;
+  course.follows_until = MonoTime();
+  course.recent.clear();
+  frame.zeroed_at = at;
+}
+
+// This travel becomes 0, and the contact has to be found again.
+void RigState::zero_travel(double travel_m, MonoTime at) {
+  contact.forget();
+  limits.zero_travel(travel_m);
+  frame.caps = with_zero_at(frame.caps, travel_m);
+  frame.zero_m += travel_m;
+  ++frame.travel_zeros;
+  const double old_samples_s = std::max(kOldSamples_s, kOldSamples / facts.rate_Hz);
+  frame.stands_from = at + from_seconds(old_samples_s);
+  if (course.retreat_from_m) *course.retreat_from_m -= travel_m;
+  course.old_zero_m = travel_m;
+}
+
+void RigState::place_contact(double travel_m, double force_N) {
+  contact.least.reset();  // unknown until its stiffness is measured
+  contact.travel_m = travel_m;
+  contact.force_N = force_N;
+  contact.depth_m = 0;
+  limits.place_contact(travel_m);
+}
+
+// Once a prediction was exceeded, nothing is pressed any more.
+void RigState::trust_pressing(const std::optional<ForceComparison>& compared) {
+  if (!compared || !compared->exceeded) return;
+  trust.no_pressing = fmt::format(
+      "the force went to {:.4f} N where at most {:.4f} N was predicted: specimen or frame are not "
+      "what they were said to be, and nothing is pressed any more",
+      compared->observed_N, compared->predicted_N);
+}
+
+std::optional<std::string> RigState::broken_invariant() const {
+  if (!trust.force && limits.force_max_N < facts.frame.force_max.si()) {
+    return "the force is invalid, and limits it all the same";
+  }
+  if (contact.least && !contact.travel_m) return "a stiffness is known, and no place of contact";
+  if (frame.motion == FrameMotion::moving && !is_watched()) {
+    return "a frame moves that this run does not move";
+  }
+  if (limits.travel_min_m && *limits.travel_min_m > *limits.travel_max_m) {
+    return "the limits of the travel contradict each other";
+  }
+  if (cell.below_zero_N < 0 || cell.hidden_N < 0) return "a zero raises a limit of the force";
+  return std::nullopt;
+}
+
+}  // namespace lcrig
