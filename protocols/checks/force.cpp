@@ -7,18 +7,12 @@
 
 namespace lcrig::checks {
 
-namespace {
-
-constexpr int kSurely = 2;  // consecutive samples; a single one may be a spike
-
-}  // namespace
-
 Found force_falls(const RigState& rig, const Sight& sight) {
   const auto& force_N = sight.sample.force_N;
   const auto from_start = edge_from_start(rig, sight.sample.received);
   if (!force_N || !from_start) return std::nullopt;
   const bool below_start = *force_N < from_start->value();
-  const bool below_peak = rig.course.fallen >= kSurely;
+  const bool below_peak = rig.course.fallen >= kTwice.count();
   if (!below_start && !below_peak) return std::nullopt;
   const double before_N = below_peak ? *rig.course.peak_N : rig.frame.order.force_N;
   return fmt::format(
@@ -30,7 +24,7 @@ Found force_falls(const RigState& rig, const Sight& sight) {
 
 Found force_too_small(const RigState& rig, const Sight& sight) {
   const auto& [travel_m, force_N] = std::pair(sight.sample.travel_m, sight.sample.force_N);
-  if (rig.course.pressed.too_small < kSurely || !travel_m || !force_N) return std::nullopt;
+  if (rig.course.pressed.too_small < kTwice.count() || !travel_m || !force_N) return std::nullopt;
   const auto edge = edge_in_contact(rig, sight.sample.received, *travel_m);
   if (!edge) return std::nullopt;
   const Contact::Least& contact = *rig.contact.least;

@@ -10,7 +10,7 @@ namespace lcrig::checks {
 
 namespace {
 
-constexpr double kUnbounded_m = 1e9;
+constexpr double kUnbounded_m = 1e9;  // no tolerance
 
 Found travel_outside(const RigState& rig, const FrameSample& sample, double low_m, double high_m) {
   // Samples with the old zero may still arrive.

@@ -6,16 +6,10 @@
 
 namespace lcrig::checks {
 
-namespace {
-
-constexpr int kNoTravel = 2;  // times as long as for a force; a value may be missing now and then
-
-}  // namespace
-
 Found no_travel(const RigState& rig, const Sight& sight) {
   if (!rig.watches_age || !rig.course.travel_at) return std::nullopt;
   const Duration age = sight.sample.received - *rig.course.travel_at;
-  if (age <= kNoTravel * stale_after(rig.facts.rate_Hz)) return std::nullopt;
+  if (age <= kTwice.count() * stale_after(rig.facts.rate_Hz)) return std::nullopt;
   return fmt::format("no travel in the samples for {:.2f} s", to_seconds(age));
 }
 

@@ -10,13 +10,6 @@
 
 namespace lcrig::checks {
 
-namespace {
-
-constexpr int kStalled = 4;  // consecutive parts of the time for progress without any
-constexpr int kSureFlags = 1;  // a single flag may belong to the motion before
-
-}  // namespace
-
 Found place_after_motion(const RigState& rig, const Sight& /*sight*/) {
   const auto& claim = rig.course.claim;
   if (!claim || std::abs(claim->shown_m - claim->reported_m) <= claim->allowed_m) {
@@ -68,7 +61,7 @@ Found moves_at_standstill(const RigState& rig, const Sight& sight) {
   const auto& stood_m = rig.course.stood_m;
   const double way_m = sight.sample.travel_m && stood_m ? *sight.sample.travel_m - *stood_m : 0;
   const double allowed_m = std::max(rig.tolerances.standing_m, kTravelSteps * rig.travel_step_m());
-  const bool flagged = rig.course.moving_flags > kSureFlags;
+  const bool flagged = rig.course.moving_flags >= kTwice.count();
   const bool creeps = std::abs(way_m) > allowed_m || (rig.course.jump && rig.course.jump->moves);
   if (!flagged && !creeps) return std::nullopt;
   return fmt::format("the frame moves without a command: {:+.4f} mm since it stood{}", way_m * 1e3,
@@ -77,7 +70,7 @@ Found moves_at_standstill(const RigState& rig, const Sight& sight) {
 
 Found stalls(const RigState& rig, const Sight& /*sight*/) {
   const auto& idle = rig.course.last_idle;
-  if (rig.course.idle < kStalled || idle.moves) return std::nullopt;
+  if (rig.course.idle < kQuarters.count() || idle.moves) return std::nullopt;
   const double speed_m_s = rig.frame.order.speed_m_s;
   return fmt::format(
       "the frame does not move as it was told to, and does not say that it stands: {:.4f} mm in "
@@ -89,7 +82,8 @@ Found stalls(const RigState& rig, const Sight& /*sight*/) {
 
 Found loop_without_force(const RigState& rig, const Sight& sight) {
   const auto& idle = rig.course.last_idle;
-  if (rig.course.idle < kStalled || !idle.moves || !sight.sample.force_N) return std::nullopt;
+  if (rig.course.idle < kQuarters.count() || !idle.moves || !sight.sample.force_N)
+    return std::nullopt;
   return fmt::format(
       "the force loop goes on, {:.4f} mm in the last {:.1f} s, and the force does not follow: "
       "{:.4f} N; the load cell shows too little, or the specimen gave way",

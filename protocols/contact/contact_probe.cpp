@@ -12,38 +12,16 @@
 
 namespace lcrig {
 
-namespace {
-
-using namespace std::chrono_literals;
-
-constexpr Duration kStillArriving = 100ms;  // after the end of a motion, samples of it still arrive
-                                            // for this long
-constexpr double kFirstStep_m = 0.2e-6;
-constexpr double kFastest_m_s = 10e-6;  // of the steps back
-constexpr double kFarthest_m = 0.5e-3;  // farthest step back; each is twice as far as the last
-constexpr double kEnough = 0.3;  // of the force at contact; below it further steps tell nothing
-constexpr double kLeft = 0.1;  // of the force at contact; below it the contact may be lost
-constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
-constexpr double kDriftChanges = 2;  // from look to look, by this factor
-constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
-constexpr double kTail = 1.5;  // a contact that begins softly is left later than its slope tells
-constexpr double kRelaxed = 0.02;  // of the force; once it falls by less from look to look, the
-                                   // specimen counts as relaxed
-constexpr double kSlow_s = 0.15;  // of the force in a second; a faster one would spoil the slope
-constexpr std::size_t kMostLooks = 12;  // at contact
-constexpr double kGone = 0.05;  // of the threshold or the felt force; a smaller fall does not count
-
-}  // namespace
-
 Task<Result<>> ContactProbe::step_back(double touched_m) {
   auto looked = co_await look_at_contact();
   if (!looked) co_return looked;
   const RestMeasurement at_contact = looks_.front();
   const double pressed_N = left_N(looks_.front());
   const FrameCapabilities caps = run_.rig.frame.caps;
-  const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
+  const double speed = std::clamp(kStepSpeed_m_s.value, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(run_.rig.limits, caps).travel_min.si();
-  const double least_m = std::max(kFirstStep_m, kBoundSigmas * looks_.front().travel_scatter_m());
+  const double least_m =
+      std::max(kFirstStep_m.value, kBoundSigmas * looks_.front().travel_scatter_m());
   // A step back that is shorter than the step of the travel may lead deeper into the specimen.
   double now_N = pressed_N, step_m = std::max(least_m, run_.rig.travel_step_at_most_m());
   first_step_m_ = step_m;
@@ -51,8 +29,8 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
          touched_m - step_m > end_m) {
     auto moved = co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return moved;
-    co_await run_.setup.clock.wait_for(kStillArriving);
-    auto now = co_await run_.meter.measure(kLook);
+    co_await run_.setup.clock.wait_for(kBatch_s.duration());
+    auto now = co_await run_.meter.measure(kLook_s.duration());
     if (!now) co_return fail(now.error());
     now_N = left_N(*now);
     looks_.push_back(*now);
@@ -69,21 +47,22 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
 
 // While the filter of a slow cell still follows the search, the force shown may rise on a way back.
 Task<> ContactProbe::let_follow() const {
-  const Duration rest = shown_after(run_.setup.frame.capabilities()) - kStillArriving - kLook;
+  const Duration rest =
+      shown_after(run_.setup.frame.capabilities()) - kBatch_s.duration() - kLook_s.duration();
   if (rest > Duration::zero()) co_await run_.setup.clock.wait_for(rest);
 }
 
 // Looks twice, and on until the specimen has relaxed. How fast the force falls at constant travel
 // tells it from a fall on the way back.
 Task<Result<>> ContactProbe::look_at_contact() {
-  co_await run_.setup.clock.wait_for(kStillArriving);
-  auto first = co_await run_.meter.measure(kLook);
+  co_await run_.setup.clock.wait_for(kBatch_s.duration());
+  auto first = co_await run_.meter.measure(kLook_s.duration());
   if (!first) co_return fail(first.error());
   touched_ = *first;
   co_await let_follow();
   std::vector<RestMeasurement> looks(1, *first);
-  for (bool relaxed = false; !relaxed && looks.size() < kMostLooks;) {
-    auto now = co_await run_.meter.measure(kLook);
+  for (bool relaxed = false; !relaxed && std::ssize(looks) < kMostLooks.count();) {
+    auto now = co_await run_.meter.measure(kLook_s.duration());
     if (!now) co_return fail(now.error());
     for (const RestMeasurement& before : looks) {
       relaxes_N_s_ = std::min(relaxes_N_s_, fastest_fall_N_s(before, *now));

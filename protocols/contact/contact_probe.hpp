@@ -16,8 +16,6 @@ namespace lcrig {
 
 class ContactProbe {
  public:
-  static constexpr Duration kLook = std::chrono::milliseconds(300);
-
   // `before`: the cell without contact. A force of `rise_N` above it counts as contact.
   ContactProbe(RunParts& run, const RestMeasurement& before, double rise_N)
       : run_(run), before_(before), rise_N_(rise_N) {}

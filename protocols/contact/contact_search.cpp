@@ -17,14 +17,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kDriftOfThreshold = 0.25;  // drift during one leg, as a part of the threshold
-constexpr Duration kDriftTime = 3s;  // duration of a look that measures drift well
-constexpr Duration kLeastLeg = 1s;
-constexpr int kAttempts = 5;  // of a search that touches something other than a specimen
-constexpr int kRises = 2;  // of the force on ways back; small ones, until the drive is not believed
-// The scatter in the plan was estimated from few samples, so it may have grown.
-constexpr double kScatterGrown = 1.5;
-
 }  // namespace
 
 ContactSearch::ContactSearch(RunParts& run, const FindContactStep& step)
@@ -43,7 +35,7 @@ Task<Result<>> ContactSearch::find(std::optional<double>& start_travel_m) {
   end_m_ = furthest_m();
   deadline_ = run_.setup.clock.now() + from_seconds(run_.get(step_.timeout));
   run_.watch.search_from(start_travel_m);
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kAttempts.count(); ++attempt) {
     const MonoTime begun = run_.setup.clock.now();
     const RestMeasurement first = rest_;
     auto touched = co_await search();
@@ -61,7 +53,7 @@ Task<Result<>> ContactSearch::find(std::optional<double>& start_travel_m) {
   co_return fail(Errc::refused,
                  "step {}: the force changed {} times by what contact should be, and not back on "
                  "the way back: the load cell drifts, the frame hunts, or something else pushes it",
-                 run_.log.step_id(), kAttempts);
+                 run_.log.step_id(), kAttempts.count());
 }
 
 Task<Result<>> ContactSearch::return_to(double travel_m) {
@@ -75,7 +67,7 @@ Task<Result<>> ContactSearch::return_to(double travel_m) {
 Task<Result<>> ContactSearch::look_before() {
   auto rest = co_await run_.meter.measure_alive();
   const bool drifts = rest && std::abs(rest->drift_N_s()) > kBoundSigmas * rest->drift_error_N_s();
-  if (drifts) rest = co_await run_.meter.measure(kDriftTime);
+  if (drifts) rest = co_await run_.meter.measure(kDriftTime_s.duration());
   if (!rest) co_return fail(rest.error());
   if (run_.rig.is_loaded(rest->force_N() - run_.rig.zero_uncertainty_N())) {
     co_return fail(Errc::limit_tripped,
@@ -84,7 +76,7 @@ Task<Result<>> ContactSearch::look_before() {
                    run_.log.step_id(), rest->force_N(), run_.rig.cell.zero_N());
   }
   const double noise = rest->scatter_N();
-  if (kScatterGrown * rise_N_ < kNoiseSigmas * noise) {
+  if (kNoiseGrown * rise_N_ < kNoiseSigmas * noise) {
     co_return fail(Errc::invalid_request,
                    "step {}: contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
                    "deviation) while it rests: at least {:.3g} N is needed",
@@ -100,13 +92,13 @@ Task<Result<>> ContactSearch::look_before() {
 Task<Result<>> ContactSearch::check_obeys(const ContactProbe& probe) {
   if (!probe.rose()) co_return Result<>();
   co_await run_.setup.clock.wait_for(shown_after(run_.setup.frame.capabilities()));
-  auto rest = co_await run_.meter.measure(kDriftTime);
+  auto rest = co_await run_.meter.measure(kDriftTime_s.duration());
   if (!rest) co_return fail(rest.error());
   const double rose_N = probe.rose_beyond_N(*rest);
   if (rose_N <= 0) co_return Result<>();
   // No single motion away may show so much either.
   const bool surely = rose_N > run_.rig.order_now(-1, 0, run_.meter.noise_N()).against_N;
-  if (++rises_ < kRises && !surely) co_return Result<>();
+  if (++rises_ < kTwice.count() && !surely) co_return Result<>();
   co_return disbelieve_drive(probe.why_rose());
 }
 
@@ -170,7 +162,8 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::approach() {
   const double drift_N_s = std::abs(rest_.drift_N_s());
   Duration leg = patience + 1s;
   if (rest_.drifts()) {
-    leg = std::max<Duration>(from_seconds(kDriftOfThreshold * rise_N_ / drift_N_s), kLeastLeg);
+    leg = std::max<Duration>(from_seconds(kDriftOfThreshold * rise_N_ / drift_N_s),
+                             kLeastLeg_s.duration());
   }
   const Motions::Search limits(end_m_, rest_.force_N() - rise_N_);
   auto press = run_.motions.press_until(rest_.force_N() + rise_N_, speed_m_s(),
@@ -192,7 +185,7 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::approach() {
 // After a leg that found nothing. The probe may touch already, with less than the threshold.
 // nullopt: it does not, and the next leg begins.
 Task<Result<std::optional<MotionOutcome>>> ContactSearch::look_between(MonoTime begun) {
-  auto now = co_await run_.meter.measure(kDriftTime);
+  auto now = co_await run_.meter.measure(kDriftTime_s.duration());
   if (!now) co_return fail(now.error());
   const Duration ago = run_.setup.clock.now() - begun;
   run_.event(now->event<EventKind::drift>());
@@ -247,7 +240,7 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   if (!moved) co_return moved;
   const Duration settles = settles_after(run_.setup.frame.capabilities());
   if (settles > Duration::zero()) co_await run_.setup.clock.wait_for(settles);
-  auto after = co_await run_.meter.measure(ContactProbe::kLook);
+  auto after = co_await run_.meter.measure(kLook_s.duration());
   if (!after) co_return fail(after.error());
   const RestMeasurement& bare = probe.off_contact(*after);
   run_.watch.know_depth(probe.depth_m());

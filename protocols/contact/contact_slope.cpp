@@ -10,10 +10,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kLeastFall = 0.05;  // of the force: a smaller fall shows no motion
-constexpr double kBeyondDigit = 1.01;  // digits of the travel; a way of one digit may be none
-constexpr double kClearDrop = 3;  // in units of its error: a smaller drop gives no slope
-
 // The fall of the force from one look to a later one.
 struct Drop {
   double force_N = 0, error_N = 0, way_m = 0, resolution_m = 0;
@@ -25,8 +21,8 @@ struct Drop {
     return std::max(0.0, force_N - error_N - relaxed_N) / (way_m + resolution_m);
   }
 
-  bool is_clear() const { return force_N >= kClearDrop * error_N && is_sure_way(); }
-  bool is_sure_way() const { return way_m > kBeyondDigit * resolution_m; }
+  bool is_clear() const { return force_N >= kBoundSigmas * error_N && is_sure_way(); }
+  bool is_sure_way() const { return way_m > kBeyondStep * resolution_m; }
   ContactSlope slope() const {
     ContactSlope s;
     if (way_m > 0) s.about = force_N / way_m;
@@ -67,8 +63,7 @@ class WayBack {
       relaxes_N_s_.push_back(relaxes_N_s_.back());
       for (std::size_t from = 0; from < to; ++from) {
         const Drop d = drop(from, to);
-        const bool falls =
-            d.force_N > std::max(d.error_N + d.relaxed_N, kLeastFall * facts_.felt_N);
+        const bool falls = d.force_N > std::max(d.error_N + d.relaxed_N, kGone * facts_.felt_N);
         if (falls) fallen_ = std::min(fallen_, to);
         double& relaxes = relaxes_N_s_.back();
         relaxes = std::min(relaxes, fastest_fall_N_s(looks_[from], looks_[to]));

@@ -13,7 +13,6 @@ namespace lcrig {
 namespace {
 
 // Time between batches of samples, s.
-constexpr double kBatch_s = 0.1;
 
 }  // namespace
 
@@ -114,7 +113,7 @@ void Planner::walk() {
 void Planner::foresee_lies() {
   const Tolerances& w = plan_.watch;
   const double period_s = plan_.frame_rate_Hz > 0 ? 1 / plan_.frame_rate_Hz : 0;
-  const double heard_s = std::max(period_s, kBatch_s) + w.reply_s;
+  const double heard_s = std::max(period_s, kBatch_s.value) + w.reply_s;
   const auto after = [&](double way_m, double speed_m_s) {
     return rig_.forecast().bound().force_after_N(plan_.worst_force_N,
                                                  way_m + stopping_way_m(rig_.frame(), speed_m_s));

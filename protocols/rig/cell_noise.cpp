@@ -6,17 +6,7 @@
 
 namespace lcrig {
 
-namespace {
-
-constexpr double kKnownBefore = 0.7;  // a short rest measurement may see too little of the noise
-// Part of a step. Of a cell whose noise is larger, 20 samples hardly ever show one value only. It
-// also leaves a margin for the rounding.
-constexpr double kHidden = 0.5;
-// The same for another measurement. A coarse step that flipped only once or twice in the first one
-// may show more of the noise, and some of its own, in the next one.
-constexpr double kHiddenAnew = 1.5;
-
-}  // namespace
+namespace {}  // namespace
 
 CellNoise::CellNoise(const RestMeasurement& rest)
     : noise_N(rest.scatter_N()),
@@ -36,16 +26,16 @@ double CellNoise::sure_noise_N() const {
 }
 
 double CellNoise::sure_noise_anew_N() const {
-  return std::max(scatter_anew(freedoms_) * sure_noise_N(), kHiddenAnew * digit_N);
+  return std::max(scatter_anew(freedoms_) * sure_noise_N(), kHiddenAgain * digit_N);
 }
 
 void CellNoise::add(const RestMeasurement& rest, std::optional<std::int64_t> frozen) {
   const CellNoise now(rest);
-  noise_N = std::max(now.noise_N, kKnownBefore * noise_N);
+  noise_N = std::max(now.noise_N, kNoiseKnown * noise_N);
   if (digit_N == 0 || (now.digit_N > 0 && now.digit_N < digit_N)) digit_N = now.digit_N;
   // A series of equal samples that is already long may mean that the cell is about to freeze. It
   // must not pass for a habit of the gateway.
-  const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
+  const bool habit = !alive || !frozen || now.longest_run <= *frozen / kFrozenMargin.count();
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;
   squares_N2_ += now.squares_N2_;

@@ -13,9 +13,6 @@ namespace lcrig {
 // The scatter of the force of an unloaded cell, sample by sample.
 class CellNoise {
  public:
-  // A run of equal forces in a rest measurement counts as normal up to this part of a frozen one: a
-  // gateway may repeat samples of a slower cell.
-  static constexpr std::int64_t kRunsBefore = 4;
   CellNoise() = default;
   explicit CellNoise(const RestMeasurement& rest);
   // Adds another look at the same cell. A run of equal forces counts as normal only if it is far

@@ -8,8 +8,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kGoesOn = 0.5;  // of the ordered speed: a slower frame brakes
-
 // Where a motion is judged, beyond its zero.
 struct Depth {
   const RigState& rig;
@@ -61,7 +59,7 @@ Edge least_rise(const Depth& at) {
 std::optional<Edge> least_since_best(const Depth& at) {
   const Course::Pressed& p = at.pressed;
   if (!p.best_N) return std::nullopt;
-  const double way_m = kGoesOn * at.rig.frame.order.speed_m_s * to_seconds(p.last - p.best_at);
+  const double way_m = kBrakes * at.rig.frame.order.speed_m_s * to_seconds(p.last - p.best_at);
   if (at.travel_m - p.best_m < way_m) return std::nullopt;  // it brakes, while the force relaxes
   Edge edge("contact, since the largest force");
   edge.add("zero of the cell", at.rig.frame.order.zero_N)

@@ -16,21 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// When the frame reports standstill, samples of the motion may still be on their way.
-constexpr Duration kGrace = 300ms;
-constexpr int kQuarters = 4;  // parts of the time for progress, so that a stall is noticed soon
-constexpr double kLeastRate = 0.2;  // of the rate of the force, or of what the contact pushes back
-// A jump of the force while the frame stands is seen by the medians of two short intervals. They
-// are so far apart that no knock lasts as long, and no relaxation is as quick.
-constexpr Duration kSettled = 1500ms, kShort = 300ms, kApart = 1000ms;
-constexpr Duration kBetween = 100ms;  // between two comparisons
-// Part of the tolerance at standstill, if the force changes together with the travel.
-constexpr double kWithForce = 0.2;
-constexpr double kOneStep = 0.6;  // a jump has a single step of at least this part
-constexpr double kSmooth = 0.2;  // weight of a new sample
-constexpr double kSmoothSquare = 0.05;  // weight of its square
-constexpr double kSmoothed_s = 0.5;
-constexpr double kLeastStep_m = 1e-10;  // a smaller change of the travel is rounding
+constexpr double kLeastStep_m = 1e-10;  // no tolerance: a smaller change of the travel is rounding
 
 }  // namespace
 
@@ -190,7 +176,7 @@ void RigState::see_progress(const FrameSample& s) {
 }
 
 void RigState::see_standing(const FrameSample& s) {
-  const bool settled = s.received - frame.since > kGrace;
+  const bool settled = s.received - frame.since > from_seconds(kUnderWay_s + kBatch_s);
   const bool moving = settled && (s.flags & frame_flag::kMoving) != 0;
   course.moving_flags = moving ? course.moving_flags + 1 : 0;
   if (s.travel_m && !course.stood_m) course.stood_m = s.travel_m;
@@ -224,26 +210,27 @@ void RigState::see_relaxation(MonoTime t, double force_N) {
   if (!course.stood_last) course.stood_last.emplace(t, force_N);
   const double off_N = force_N - course.stood_last->force_N;
   course.noise_N2 += kSmoothSquare * (off_N * off_N - course.noise_N2);
-  if (to_seconds(t - frame.since) < kSmoothed_s) smooth(*course.stood_first, kSmooth);
+  if (to_seconds(t - frame.since) < kObserved_s) smooth(*course.stood_first, kSmooth);
   smooth(*course.stood_last, kSmooth);
 }
 
 void RigState::see_jump(const FrameSample& s) {
   const MonoTime t = s.received;
-  if (!trust.force || t - std::max(frame.since, frame.zeroed_at) < kSettled) return;
+  if (!trust.force || t - std::max(frame.since, frame.zeroed_at) < kJumpSettled_s.duration())
+    return;
   auto& recent = course.recent;
   recent.emplace_back(t, *s.force_N);
-  if (t - course.compared < kBetween) return;
+  if (t - course.compared < kBatch_s.duration()) return;
   course.compared = t;
-  while (t - recent.front().t > kApart + kShort) recent.pop_front();
+  while (t - recent.front().t > from_seconds(kJumpApart_s + kLook_s)) recent.pop_front();
   std::vector<double> old_N, new_N;
   double steepest_N = 0;  // largest change between two samples
   for (std::size_t i = 1; i < recent.size(); ++i) {
     steepest_N = std::max(steepest_N, std::abs(recent[i].force_N - recent[i - 1].force_N));
   }
   for (const Course::Seen& seen : recent) {
-    if (t - seen.t >= kApart) old_N.push_back(seen.force_N);
-    if (t - seen.t <= kShort) new_N.push_back(seen.force_N);
+    if (t - seen.t >= kJumpApart_s.duration()) old_N.push_back(seen.force_N);
+    if (t - seen.t <= kLook_s.duration()) new_N.push_back(seen.force_N);
   }
   if (old_N.size() < 2 || new_N.size() < 2) return;
   const double before_N = upper_median(old_N), after_N = upper_median(new_N);

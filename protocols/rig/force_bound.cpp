@@ -10,9 +10,9 @@ namespace lcrig {
 namespace {
 
 // Cells of a geometric grid of forces, fine enough that a contact hardly stiffens within one.
-constexpr double kFirst_N = 1e-3;
-constexpr double kRatio = 1.05;
-constexpr std::size_t kCells = 400;  // reaches 3e5 N
+constexpr double kFirst_N = 1e-3;  // no tolerance
+constexpr double kRatio = 1.05;  // no tolerance
+constexpr std::size_t kCells = 400;  // no tolerance: reaches 3e5 N
 
 double edge_N(std::size_t i) {  // lower end of cell i
   return i == 0 ? 0 : kFirst_N * std::pow(kRatio, static_cast<double>(i - 1));

@@ -4,19 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/rig/constants.hpp"
+
 namespace lcrig {
 
 namespace {
 
-constexpr double kHostLatency_s = 0.020;  // to see a sample and send STOP
-constexpr int kFilterTimes = 3, kSettleTimes = 5;
-constexpr Duration kArrives = std::chrono::milliseconds(100);
-constexpr Duration kOnItsWay = std::chrono::milliseconds(200);  // a sample, at the longest
-constexpr double kSilence_s = 1.02;  // until a gateway that hears nothing stops, including its 20
-                                     // ms
-
 double reaction_s(const FrameCapabilities& caps) {
-  return to_seconds(caps.reaction) + (caps.device_stop ? 0 : kHostLatency_s);
+  return to_seconds(caps.reaction) + (caps.device_stop ? 0 : kHostLatency_s.value);
 }
 
 // `reaction` bounds the filter where it is not stated.
@@ -40,11 +35,12 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
 }
 
 Duration shown_after(const FrameCapabilities& caps) {
-  return kFilterTimes * filter_of(caps) + kOnItsWay;
+  return kFilterTimes.count() * filter_of(caps) + kUnderWay_s.duration();
 }
 
 Duration settles_after(const FrameCapabilities& caps) {
-  return std::max<Duration>(Duration::zero(), kSettleTimes * filter_of(caps) - kArrives);
+  return std::max<Duration>(Duration::zero(),
+                            kSettleTimes.count() * filter_of(caps) - kBatch_s.duration());
 }
 
 Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected,
@@ -159,7 +155,7 @@ bool Forecast::loop_can_hold_if_measured(double force_N) const {
 }
 
 double Forecast::lost_way_m(double speed_m_s) const {
-  return std::abs(speed_m_s) * kSilence_s + stopping_way_m(caps_, speed_m_s);
+  return std::abs(speed_m_s) * kLinkSilence_s + stopping_way_m(caps_, speed_m_s);
 }
 
 }  // namespace lcrig

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/rig/constants.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -21,14 +23,13 @@ double way_m(const LastSeen& before, const FrameTolerance& allowed) {
 Result<> compare_force_on_way(const LastSeen& before, const LastSeen& now,
                               const FrameTolerance& allowed) {
   if (!before.zeroed || !allowed.force_after_N || !before.force_N || !now.force_N) return {};
-  constexpr double kSigmas = 5;
   const bool closer = *now.travel_m >= *before.travel_m;
   const double far_N = closer ? *before.force_N : *now.force_N;
   const double near_N = closer ? *now.force_N : *before.force_N;
   const double way_m = std::abs(*now.travel_m - *before.travel_m);
   const double most_N =
       allowed.rest_N + allowed.force_after_N(std::max(0.0, far_N - allowed.rest_N), way_m);
-  const double doubt_N = allowed.force_N + kSigmas * allowed.noise_N +
+  const double doubt_N = allowed.force_N + kNoiseSigmas * allowed.noise_N +
                          std::max(allowed.cell.error_N(far_N), allowed.cell.error_N(near_N));
   if (near_N >= far_N - doubt_N && near_N <= most_N + doubt_N) return {};
   return fail(Errc::refused,

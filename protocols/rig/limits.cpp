@@ -10,8 +10,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kUnbounded_N = 1e9;
-constexpr double kRounding = 1e-9;  // relative
+constexpr double kUnbounded_N = 1e9;  // no tolerance
+constexpr double kRounding = 1e-9;  // no tolerance: relative
 
 tl::unexpected<Error> wrong_way(const Protocol& protocol, std::string_view what, double low,
                                 double high, std::string_view unit) {

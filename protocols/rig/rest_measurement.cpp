@@ -11,16 +11,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kLeastDigit_N = 1e-9;  // below the resolution of any cell
-constexpr std::size_t kBatches = 4;  // of samples that may be correlated
-constexpr std::size_t kInBatch = 3;  // samples, at least
-constexpr std::size_t kJitterSamples = 10;
-constexpr double kMiddleOfSteps = 0.954;  // sqrt(2) 0.6745, for a normal distribution
-// Fits the factor on kSampleSigmas that keeps its rate when the scatter is an estimate with this
-// many degrees of freedom (chi-squared): 2.02 for 14, 1.7 for 19, 1.23 for 50, 1.11 for 100.
-constexpr double kUnsure = 15;
-// In standard deviations of the logarithm of the ratio of two estimates, which is nearly normal.
-constexpr double kSureAnew = 3.6;
+constexpr double kLeastDigit_N = 1e-9;  // no tolerance: below the resolution of any cell
+constexpr double kMiddleOfSteps = 0.954;  // no tolerance: sqrt(2) 0.6745, for a normal distribution
 
 // The straight line through values at given times.
 struct Line {
@@ -57,11 +49,11 @@ double mean_square(const std::vector<double>& v) {
 }  // namespace
 
 double sure_scatter_N(double scatter_N, double freedoms) {
-  return freedoms > 0 ? scatter_N * (1 + kUnsure / freedoms) : scatter_N;
+  return freedoms > 0 ? scatter_N * (1 + kFewSamples / freedoms) : scatter_N;
 }
 
 double scatter_anew(double freedoms) {
-  return std::exp(kSureAnew / std::sqrt(std::max(1.0, freedoms - 1)));
+  return std::exp(kAgainSigmas / std::sqrt(std::max(1.0, freedoms - 1)));
 }
 
 void RestMeasurement::add(std::span<const FrameSample> samples) {
@@ -125,7 +117,7 @@ double RestMeasurement::drift_error_N_s() const {
 double RestMeasurement::disunity_N_s() const {
   const std::span t(forces_seen_.t_s), y(forces_seen_.value);
   const std::size_t half = t.size() / 2;
-  if (half < kInBatch) return 0;
+  if (half < static_cast<std::size_t>(kInBlock.count())) return 0;
   const double first = line_through(t.first(half), y.first(half)).slope;
   const double second = line_through(t.subspan(half), y.subspan(half)).slope;
   return std::abs(drift_N_s() - (first + second) / 2) / std::numbers::sqrt3;
@@ -135,7 +127,7 @@ double RestMeasurement::disunity_N_s() const {
 // means of batches then scatter more than those of independent samples (batch means).
 double RestMeasurement::correlation() const {
   const std::size_t n = forces_seen_.value.size();
-  const std::size_t batches = std::min(kBatches, n / kInBatch);
+  const std::size_t batches = std::min<std::size_t>(kBlocks.count(), n / kInBlock.count());
   if (batches < 3) return 1;
   const std::vector<double> left = residuals(forces_seen_.t_s, forces_seen_.value);
   const double each = mean_square(left);
@@ -164,7 +156,7 @@ std::optional<double> RestMeasurement::travel_m() const {
 // to it.
 double RestMeasurement::travel_jitter_m() const {
   const std::vector<double>& x = travels_seen_.value;
-  if (x.size() < kJitterSamples) return 0;
+  if (std::ssize(x) < kRestSamples.count()) return 0;
   std::vector<double> steps(x.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = x[i + 1] - x[i];
   const double usual = upper_median(steps);

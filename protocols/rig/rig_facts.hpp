@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "drivers/load_frame.hpp"
+#include "protocols/rig/constants.hpp"
 #include "protocols/rig/limits.hpp"
 
 namespace lcrig {
@@ -20,7 +21,7 @@ struct RigFacts {
 // A moving frame is stopped when samples are missing for three periods, but at least for two
 // batches of the link (100 ms each) with their jitter.
 inline Duration stale_after(double rate_Hz) {
-  return std::max<Duration>(from_seconds(3.0 / rate_Hz), std::chrono::milliseconds(500));
+  return std::max<Duration>(from_seconds(kSilentPeriods / rate_Hz), kSilent_s.duration());
 }
 
 }  // namespace lcrig

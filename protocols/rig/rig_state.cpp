@@ -7,19 +7,9 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/rig/corridor.hpp"
+
 namespace lcrig {
-
-namespace {
-
-// A cell may differ from its unloaded force by this part of the limit before it counts as loaded.
-constexpr double kLoadOfLimit = 0.01;
-constexpr double kShortest_s = 0.5;  // observation of a force that may relax
-// An older force than this many sample periods is not the present one.
-constexpr double kNewSamples = 2;
-// Samples from before a zero may still arrive for this long.
-constexpr double kOldSamples_s = 0.25, kOldSamples = 2;
-
-}  // namespace
 
 RigState::RigState(RigFacts f, std::optional<Forecast> c)
     : facts(std::move(f)),
@@ -35,7 +25,7 @@ double RigState::zero_uncertainty_N() const {
 
 double RigState::load_tolerance_N() const {
   const double noise_N = cell.unloaded ? cell.unloaded->scatter_N() : 0;
-  return std::max(kNoiseSigmas * noise_N, kLoadOfLimit * facts.limits.force_max_N);
+  return std::max(kNoiseSigmas * noise_N, kOfLimit * facts.limits.force_max_N);
 }
 
 bool RigState::is_loaded(double force_N) const {
@@ -81,7 +71,7 @@ double RigState::standing_noise_N() const {
 std::optional<double> RigState::relaxes_N_s() const {
   if (frame.motion != FrameMotion::standing || !course.stood_first) return std::nullopt;
   const double dt = to_seconds(course.stood_last->t - course.stood_first->t);
-  if (dt < kShortest_s) return std::nullopt;
+  if (dt < kObserved_s) return std::nullopt;
   const double lost_N = course.stood_first->force_N - course.stood_last->force_N;
   return std::max(0.0, lost_N + tolerances.contact_force_N) / dt;
 }
@@ -375,7 +365,7 @@ void RigState::zero_travel(double travel_m, MonoTime at) {
   frame.caps = with_zero_at(frame.caps, travel_m);
   frame.zero_m += travel_m;
   ++frame.travel_zeros;
-  const double old_samples_s = std::max(kOldSamples_s, kOldSamples / facts.rate_Hz);
+  const double old_samples_s = std::max(kOldSamples_s.value, kNewSamples / facts.rate_Hz);
   frame.stands_from = at + from_seconds(old_samples_s);
   if (course.retreat_from_m) *course.retreat_from_m -= travel_m;
   course.old_zero_m = travel_m;

@@ -9,34 +9,20 @@ namespace lcrig {
 
 namespace {
 
-// A year of samples at 500 Hz is 2e10. An event of this probability does not happen to a healthy
-// cell.
-constexpr double kChance = 1e-12;
-// Two samples of a cell with scatter s and digit q are equal with probability q / (2 sqrt(pi) s) =
-// 0.28 q/s. The value here is larger, because the scatter is an estimate.
-constexpr double kSameDigit = 0.38;
-constexpr double kCoarsest = 1.8;  // a coarser digit hardly ever changes
-constexpr double kSureOfScatter = 0.85;  // fraction of the scatter that is certain from few samples
-constexpr std::int64_t kLeastRun = 5;
-constexpr std::int64_t kAssumedRun = 25;
-constexpr double kStandingPart = 0.1;  // of the limit: a creeping frame may add no more
-constexpr double kReply_s = 0.05;
-constexpr double kSettled_s = 0.5, kSettledSamples = 3;
-
 // The highest probability that a cell in the middle of a coarse digit repeats that digit. The digit
 // itself contributes a part of the shown scatter (q/sqrt(12)).
 double coarse_same(double digits) {
-  const double noise = std::sqrt(std::pow(kSureOfScatter / digits, 2) - 1.0 / 12);
+  const double noise = std::sqrt(std::pow(kNoiseSeen / digits, 2) - 1.0 / 12);
   return std::erf(0.5 / std::sqrt(2.0) / noise);
 }
 
 std::optional<std::int64_t> run_of_equals(const CellNoise& s) {
   if (!s.alive || !(s.noise_N > 0)) return std::nullopt;
-  if (s.digit_N > kCoarsest * s.noise_N) return std::nullopt;
+  if (s.digit_N > kCoarsestNoise * s.noise_N) return std::nullopt;
   const double p = s.digit_N > s.noise_N ? coarse_same(s.digit_N / s.noise_N)
-                                         : std::max(kSameDigit * s.digit_N / s.noise_N, 1e-3);
-  const auto n = static_cast<std::int64_t>(std::ceil(std::log(kChance) / std::log(p)));
-  return std::max({n, kLeastRun, CellNoise::kRunsBefore * s.longest_run});
+                                         : std::max(kEqualSteps * s.digit_N / s.noise_N, 1e-3);
+  const auto n = static_cast<std::int64_t>(std::ceil(std::log(kFrozenChance.value) / std::log(p)));
+  return std::max<std::int64_t>({n, kFrozenLeast.count(), kFrozenMargin.count() * s.longest_run});
 }
 
 }  // namespace
@@ -44,7 +30,7 @@ std::optional<std::int64_t> run_of_equals(const CellNoise& s) {
 Tolerances tolerances_of(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
                          double rate_Hz, const std::optional<CellNoise>& scatter, double noise_N) {
   Tolerances f;
-  f.frozen_samples = scatter ? run_of_equals(*scatter) : kAssumedRun;
+  f.frozen_samples = scatter ? run_of_equals(*scatter) : kFrozenAssumed.count();
   if (f.frozen_samples && rate_Hz > 0) {
     f.frozen_force_s = static_cast<double>(*f.frozen_samples) / rate_Hz;
   }
@@ -56,11 +42,11 @@ Tolerances tolerances_of(const FrameCapabilities& caps, const ForceBound& bound,
   const double bearable_m = stiffness > 0 ? kStandingPart * limit_N / stiffness : kStanding_m.value;
   f.standing_m = std::clamp(bearable_m, kHunting_m.value, kStanding_m.value) + wanders_m;
   f.order_travel_m = kStanding_m + wanders_m;
-  f.settled_s = rate_Hz > 0 ? std::max(kSettled_s, kSettledSamples / rate_Hz) : kSettled_s;
+  f.settled_s = rate_Hz > 0 ? std::max(kSilent_s.value, kSilentPeriods / rate_Hz) : kSilent_s.value;
   f.contact_force_N = kNoiseSigmas * noise_N;
   const double sure_N = scatter ? std::max(scatter->sure_noise_N(), noise_N) : noise_N;
-  f.order_force_N = std::max(kDifferenceSigmas * sure_N, 0.01 * limit_N);
-  f.reply_s = kReply_s;
+  f.order_force_N = std::max(kDifferenceSigmas * sure_N, kOfLimit * limit_N);
+  f.reply_s = kBatch_s / 2;
   return f;
 }
 

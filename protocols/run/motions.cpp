@@ -17,8 +17,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kSettles = 0.1;  // part of the force, from the stop to the next sample
-
 // Whether a single force value shows that the target was reached from the side of `direction`.
 bool is_there(double force_N, double target_N, int direction, double allowed_N) {
   if (direction == 0) return std::abs(force_N - target_N) <= allowed_N;

@@ -12,10 +12,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kForceAge = 500ms;  // an older force does not show the direction of a motion
-constexpr Duration kLifeTime = 3s;  // a live cell changes its last digit within this time
-constexpr std::int64_t kRestSamples = 10;
-
 }  // namespace
 
 void RestMeter::add(std::span<const FrameSample> samples) {
@@ -26,7 +22,7 @@ void RestMeter::add(std::span<const FrameSample> samples) {
 Result<double> RestMeter::present_force_N() const {
   const auto& force_N = rig_.frame.force_N;
   const Duration age = setup_.clock.now() - rig_.frame.force_at;
-  const Duration most = std::max<Duration>(kForceAge, from_seconds(3 * (1 / setup_.frame_rate_Hz)));
+  const Duration most = stale_after(setup_.frame_rate_Hz);
   if (force_N && age <= most) return *force_N;
   if (!force_N) return fail(Errc::no_reply, "step {}: {}", log_.step_id(), no_force());
   return fail(
@@ -46,9 +42,10 @@ std::string_view RestMeter::no_force() const {
 Task<Result<RestMeasurement>> RestMeter::measure(Duration at_least) {
   open_.emplace(samples_);
   const MonoTime begin = setup_.clock.now();
-  const auto enough = [&] { return open_->forces() >= kRestSamples; };
+  const auto enough = [&] { return open_->forces() >= kRestSamples.count(); };
   co_await setup_.clock.wait_for(at_least);
-  while (!enough() && setup_.clock.now() - begin < kLifeTime) co_await setup_.clock.wait_for(50ms);
+  while (!enough() && setup_.clock.now() - begin < kDriftTime_s.duration())
+    co_await setup_.clock.wait_for(50ms);
   RestMeasurement rest = *std::exchange(open_, std::nullopt);
   noise_N_ = rest.scatter_N();
   if (rest.forces() == 0) {
@@ -60,7 +57,7 @@ Task<Result<RestMeasurement>> RestMeter::measure(Duration at_least) {
 
 Task<Result<RestMeasurement>> RestMeter::measure_alive() {
   auto rest = co_await measure(kRestTime);
-  if (rest && !rest->is_alive()) rest = co_await measure(kLifeTime);
+  if (rest && !rest->is_alive()) rest = co_await measure(kDriftTime_s.duration());
   if (!rest || rest->is_alive()) co_return rest;
   co_return fail(Errc::refused,
                  "step {}: the load cell shows {:.4f} N in all of {} samples: it is frozen or not "

@@ -78,7 +78,7 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
   auto force_N = run.meter.present_force_N();
   if (step.at) force_N = run.labels.force_of(*step.at);
   if (!force_N) co_return fail(force_N.error());
-  const double most_N = run.rig.frame.force_N.value_or(0) + 5 * run.rig.cell.noise_N();
+  const double most_N = run.rig.frame.force_N.value_or(0) + kNoiseSigmas * run.rig.cell.noise_N();
   const bool broken = run.rig.trust.no_pressing.has_value();
   if (broken && *force_N > most_N) {
     co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(),

@@ -61,7 +61,7 @@ class Probe : public RunFixture {
   }
   RestMeasurement look_at(double travel_m) {
     frame.travel_m = travel_m;
-    return run(parts().meter.measure(ContactProbe::kLook)).value();
+    return run(parts().meter.measure(kLook_s.duration())).value();
   }
   // Shows the samples of the approach, at these distances before contact.
   void show_step(std::initializer_list<double> off_m) {
