@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "drivers/load_frame.hpp"
 
@@ -23,6 +24,12 @@ struct LastSeen {
   bool zeroed = false;  // the run zeroed force or travel, which a restarted machine forgets
 
   void feed(const FrameSample& sample);
+  // Everything except whether the run zeroed the frame.
+  void forget() {
+    LastSeen next;
+    next.zeroed = zeroed;
+    *this = std::move(next);
+  }
 };
 
 // How far a frame may differ after the loss. A moving one goes on until the gateway stops it, after

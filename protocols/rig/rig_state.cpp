@@ -116,115 +116,75 @@ Order RigState::hold_now(double measured_noise_N) const {
 
 RigState::Applied RigState::apply(const WatchInputEvent& e, const RestMeasurement* rest,
                                   MonoTime at) {
-  switch (e.what) {
-    case WatchInput::rest_measurement:
-    case WatchInput::rest_measurement_near_contact:
-    case WatchInput::noise:
-    case WatchInput::live_cell: return rest != nullptr ? apply_measured(e.what, *rest) : Applied();
-    case WatchInput::compared: {
-      Applied out;
-      if (!forecast) return out;
-      MotionOutcome outcome;
-      outcome.reason = parse_word<MotionEnd>(e.reason.value_or("")).value_or(MotionEnd::fault);
-      outcome.force_N = e.force_N;
-      outcome.travel_m = e.travel_m;
-      out.compared = prediction_.end(outcome, e.noise_N.value_or(0));
-      trust_pressing(out.compared);
-      return out;
-    }
-    default: break;
-  }
-  if (!apply_motion(e, at) && !apply_cell(e, at) && !apply_contact(e, at)) apply_run(e, at);
-  return {};
-}
-
-RigState::Applied RigState::apply_measured(WatchInput what, const RestMeasurement& rest) {
   Applied out;
-  switch (what) {
-    case WatchInput::rest_measurement: out.tolerances = learn_zero(rest, true); break;
-    case WatchInput::rest_measurement_near_contact: out.tolerances = learn_zero(rest, false); break;
-    case WatchInput::noise: out.tolerances = learn_noise(rest); break;
-    default: cell.noise = CellNoise(rest); break;
+  if (e.what == WatchInput::compared) {
+    out.compared = compare(e);
+  } else if (rest != nullptr) {
+    out.tolerances = learn(e.what, *rest);
+  } else {
+    apply_fact(e, at);
   }
   return out;
 }
 
-bool RigState::apply_motion(const WatchInputEvent& e, MonoTime at) {
-  switch (e.what) {
-    case WatchInput::order: start(order_of(e), at); return true;
-    case WatchInput::permit:
-      if (forecast) prediction_.begin(permit_of(e));
-      return true;
-    case WatchInput::motion_end: take_standstill(e, at); return true;
-    case WatchInput::standstill: stand(at, e.travel_m); return true;
-    case WatchInput::motion_unknown:
-      frame.motion = FrameMotion::unknown;
-      frame.reported_m.reset();
-      frame.stands_from.reset();
-      course.equal_forces = 0;
-      return true;
-    case WatchInput::force_loop: prediction_.leave_to_loop(); return true;
-    default: return false;
+std::optional<ForceComparison> RigState::compare(const WatchInputEvent& e) {
+  if (!forecast) return std::nullopt;
+  MotionOutcome outcome;
+  outcome.reason = parse_word<MotionEnd>(e.reason.value_or("")).value_or(MotionEnd::fault);
+  outcome.force_N = e.force_N;
+  outcome.travel_m = e.travel_m;
+  auto compared = prediction_.end(outcome, e.noise_N.value_or(0));
+  trust_pressing(compared);
+  return compared;
+}
+
+// Returns whether there are new tolerances.
+bool RigState::learn(WatchInput what, const RestMeasurement& rest) {
+  switch (what) {
+    case WatchInput::rest_measurement: return learn_zero(rest, true);
+    case WatchInput::rest_measurement_near_contact: return learn_zero(rest, false);
+    case WatchInput::noise: return learn_noise(rest);
+    default: cell.noise = CellNoise(rest); return false;
   }
 }
 
-bool RigState::apply_cell(const WatchInputEvent& e, MonoTime at) {
-  const double force_N = e.force_N.value_or(0);
-  switch (e.what) {
-    case WatchInput::zero_before_contact: cell.untouched_N = force_N; return true;
-    case WatchInput::force_zeroed: zero_force(at, e); return true;
-    case WatchInput::zero_hides:
-      if (trust.force) limits.force_min_N -= force_N - std::exchange(cell.hidden_N, force_N);
-      return true;
-    case WatchInput::zero_took: cell.zeros_under_load_N += force_N; return true;
-    case WatchInput::zero:
-      if (trust.force) {
-        const bool below = force_N < -kNoiseSigmas * e.noise_N.value_or(0);
-        cell.below_zero_N = below ? -force_N : 0;
-      }
-      return true;
-    case WatchInput::force_invalid: invalidate_force(); return true;
-    default: return false;
-  }
-}
-
-bool RigState::apply_contact(const WatchInputEvent& e, MonoTime at) {
-  const double travel_m = e.travel_m.value_or(0);
-  switch (e.what) {
-    case WatchInput::contact: place_contact(travel_m, e.force_N.value_or(0)); return true;
-    case WatchInput::contact_depth: contact.depth_m = travel_m; return true;
-    case WatchInput::contact_unknown: contact.forget(); return true;
-    case WatchInput::contact_taken_over: contact.travel_m = e.travel_m; return true;
-    case WatchInput::search: contact.searched_from_m = e.travel_m; return true;
-    case WatchInput::least_stiffness:
-      if (is_watched()) {
-        contact.least.emplace(at, travel_m, e.force_N.value_or(0), e.stiffness_N_m.value_or(0));
-      }
-      return true;
-    case WatchInput::largest_stiffness:
-      if (forecast) forecast->measured(e.force_N.value_or(0), e.stiffness_N_m.value_or(0));
-      return true;
-    case WatchInput::travel_zeroed: zero_travel(travel_m, at); return true;
-    default: return false;
-  }
-}
-
-void RigState::apply_run(const WatchInputEvent& e, MonoTime at) {
+// lint: table
+void RigState::apply_fact(const WatchInputEvent& e, MonoTime at) {
+  const double force_N = e.force_N.value_or(0), travel_m = e.travel_m.value_or(0);
+  const double stiffness_N_m = e.stiffness_N_m.value_or(0);
   const bool on = e.on.value_or(false);
   switch (e.what) {
+    case WatchInput::order: start(order_of(e), at); break;
+    case WatchInput::permit:
+      if (forecast) prediction_.begin(permit_of(e));
+      break;
+    case WatchInput::motion_end: take_standstill(e, at); break;
+    case WatchInput::standstill: stand(at, e.travel_m); break;
+    case WatchInput::motion_unknown: lose_motion(); break;
+    case WatchInput::force_loop: prediction_.leave_to_loop(); break;
+    case WatchInput::zero_before_contact: cell.untouched_N = force_N; break;
+    case WatchInput::force_zeroed: zero_force(at, e); break;
+    case WatchInput::zero_hides: hide(force_N); break;
+    case WatchInput::zero_took: cell.zeros_under_load_N += force_N; break;
+    case WatchInput::zero: set_limits_zero(force_N, e.noise_N.value_or(0)); break;
+    case WatchInput::force_invalid: invalidate_force(); break;
+    case WatchInput::contact: place_contact(travel_m, force_N); break;
+    case WatchInput::contact_depth: contact.depth_m = travel_m; break;
+    case WatchInput::contact_unknown: contact.forget(); break;
+    case WatchInput::contact_taken_over: contact.travel_m = e.travel_m; break;
+    case WatchInput::search: contact.searched_from_m = e.travel_m; break;
+    case WatchInput::least_stiffness:
+      if (is_watched()) contact.least.emplace(at, travel_m, force_N, stiffness_N_m);
+      break;
+    case WatchInput::largest_stiffness:
+      if (forecast) forecast->measured(force_N, stiffness_N_m);
+      break;
+    case WatchInput::travel_zeroed: zero_travel(travel_m, at); break;
     case WatchInput::prepared: is_prepared = on; break;
     case WatchInput::stop_pending: is_stop_pending = on; break;
     case WatchInput::run_start: contact.start_travel_m = e.travel_m; break;
-    case WatchInput::zeros_taken_over:
-      frame.seen.zeroed = on;
-      cell.zeros_N = e.force_N;
-      break;
-    case WatchInput::link_back: {
-      const bool zeroed = frame.seen.zeroed;
-      frame.seen = LastSeen();
-      frame.seen.zeroed = zeroed;
-      break;
-    }
+    case WatchInput::zeros_taken_over: frame.seen.zeroed = on, cell.zeros_N = e.force_N; break;
+    case WatchInput::link_back: frame.seen.forget(); break;
     case WatchInput::pressing_locked_out:
       if (forecast) trust.no_pressing = e.reason.value_or("");
       break;
@@ -234,14 +194,38 @@ void RigState::apply_run(const WatchInputEvent& e, MonoTime at) {
     case WatchInput::age_watched: watches_age = on; break;
     case WatchInput::age_restarted: course.force_at = course.travel_at = at; break;
     case WatchInput::stopping: phase = RunPhase::stopping; break;
-    case WatchInput::retreat:
-      phase = RunPhase::finally;
-      course.retreat_noise_N = e.noise_N.value_or(0);
-      course.retreat_from_m = frame.seen.travel_m;
-      break;
+    case WatchInput::retreat: start_retreat(e.noise_N.value_or(0)); break;
     case WatchInput::ended: phase = RunPhase::ended; break;
-    default: break;
+    case WatchInput::compared:
+    case WatchInput::rest_measurement:
+    case WatchInput::rest_measurement_near_contact:
+    case WatchInput::noise:
+    case WatchInput::live_cell: break;
   }
+}
+
+void RigState::lose_motion() {
+  frame.motion = FrameMotion::unknown;
+  frame.reported_m.reset();
+  frame.stands_from.reset();
+  course.equal_forces = 0;
+}
+
+// The force was zeroed while the probe pressed with this force. The lower limit is lowered by it,
+// because the unloaded cell shows minus that force without any pull.
+void RigState::hide(double pressed_N) {
+  if (trust.force) limits.force_min_N -= pressed_N - std::exchange(cell.hidden_N, pressed_N);
+}
+
+// A force within the noise lowers nothing.
+void RigState::set_limits_zero(double zero_N, double noise_N) {
+  if (trust.force) cell.below_zero_N = zero_N < -kNoiseSigmas * noise_N ? -zero_N : 0;
+}
+
+void RigState::start_retreat(double noise_N) {
+  phase = RunPhase::finally;
+  course.retreat_noise_N = noise_N;
+  course.retreat_from_m = frame.seen.travel_m;
 }
 
 void RigState::start(const Order& order, MonoTime at) {

@@ -136,11 +136,13 @@ class RigState {
   void zero_travel(double travel_m, MonoTime at);
   void take_standstill(const WatchInputEvent& e, MonoTime at);
   void trust_pressing(const std::optional<ForceComparison>& compared);
-  Applied apply_measured(WatchInput what, const RestMeasurement& rest);
-  bool apply_motion(const WatchInputEvent& e, MonoTime at);
-  bool apply_cell(const WatchInputEvent& e, MonoTime at);
-  bool apply_contact(const WatchInputEvent& e, MonoTime at);
-  void apply_run(const WatchInputEvent& e, MonoTime at);
+  std::optional<ForceComparison> compare(const WatchInputEvent& e);
+  bool learn(WatchInput what, const RestMeasurement& rest);
+  void apply_fact(const WatchInputEvent& e, MonoTime at);
+  void lose_motion();
+  void hide(double pressed_N);
+  void set_limits_zero(double zero_N, double noise_N);
+  void start_retreat(double noise_N);
   double load_tolerance_N() const;
 
   void see(const FrameSample& sample);

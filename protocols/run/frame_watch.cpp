@@ -6,6 +6,17 @@
 
 namespace lcrig {
 
+namespace {
+
+WatchInputEvent with_noise(WatchInput what, std::optional<double> force_N, double noise_N) {
+  WatchInputEvent e(what);
+  e.force_N = force_N;
+  e.noise_N = noise_N;
+  return e;
+}
+
+}  // namespace
+
 FrameWatch::FrameWatch(RigFacts facts, std::optional<Forecast> forecast, Hooks hooks)
     : rig_(std::move(facts), std::move(forecast)), hooks_(std::move(hooks)) {}
 
@@ -24,65 +35,46 @@ void FrameWatch::note_stop_pending(bool yes) {
   if (yes != rig_.is_stop_pending) record_switch(WatchInput::stop_pending, yes);
 }
 
-void FrameWatch::motion_stood(const MotionOutcome& outcome) {
-  WatchInputEvent e(WatchInput::motion_end);
-  e.force_N = outcome.force_N;
-  e.travel_m = outcome.travel_m;
-  record(std::move(e));
-}
-
-void FrameWatch::stand(std::optional<double> travel_m) {
-  record_travel(WatchInput::standstill, travel_m);
-}
-
-std::optional<ForceComparison> FrameWatch::compare(const MotionOutcome& outcome, double noise_N) {
-  WatchInputEvent e(WatchInput::compared);
-  e.reason = std::string(to_string(outcome.reason));
-  e.force_N = outcome.force_N;
-  e.travel_m = outcome.travel_m;
-  e.noise_N = noise_N;
-  return record(std::move(e));
-}
-
-void FrameWatch::start_retreat() {
-  WatchInputEvent e(WatchInput::retreat);
-  e.noise_N = rig_.cell.noise_bound_N();
-  record(std::move(e));
+// A rest measurement names its samples: they are stored, so their numbers are enough.
+void FrameWatch::learn(WatchInput what, const RestMeasurement& rest) {
+  WatchInputEvent e(what);
+  e.from_sample = rest.from_sample();
+  e.to_sample = rest.from_sample() + rest.samples();
+  if (rest.shifted_N() != 0) e.shift_N = rest.shifted_N();
+  if (const auto& known = rest.known_drift()) {
+    e.drift_N_s = known->drift_N_s;
+    e.drift_error_N_s = known->error_N_s;
+  }
+  record(std::move(e), &rest);
 }
 
 void FrameWatch::learn_zero(const RestMeasurement& rest, Under under) {
-  const bool unloaded = under == Under::nothing;
-  record(naming(unloaded ? WatchInput::rest_measurement : WatchInput::rest_measurement_near_contact,
-                rest),
-         &rest);
-  set_limits_zero(rest);
+  learn(under == Under::nothing ? WatchInput::rest_measurement
+                                : WatchInput::rest_measurement_near_contact,
+        rest);
+  record(with_noise(WatchInput::zero, rest.force_N(), rest.scatter_N()));
 }
 
-void FrameWatch::set_limits_zero(const RestMeasurement& rest) {
-  WatchInputEvent e(WatchInput::zero);
-  e.force_N = rest.force_N();
-  e.noise_N = rest.scatter_N();
-  record(std::move(e));
+std::optional<ForceComparison> FrameWatch::compare(const MotionOutcome& outcome, double noise_N) {
+  WatchInputEvent e = with_noise(WatchInput::compared, outcome.force_N, noise_N);
+  e.reason = std::string(to_string(outcome.reason));
+  e.travel_m = outcome.travel_m;
+  return record(std::move(e));
 }
 
 void FrameWatch::zeroed(const RestMeasurement& before, bool force, bool travel, double pressed_N) {
-  WatchInputEvent e(WatchInput::force_zeroed);
-  if (force) e.force_N = before.force_N();
-  record(std::move(e));
-  if (force) record_force(WatchInput::zero_hides, pressed_N);
-  if (travel) record_travel(WatchInput::travel_zeroed, before.travel_m().value_or(0));
+  fact(WatchInput::force_zeroed, force ? std::optional(before.force_N()) : std::nullopt);
+  if (force) fact(WatchInput::zero_hides, pressed_N);
+  if (travel) fact(WatchInput::travel_zeroed, std::nullopt, before.travel_m().value_or(0));
 }
 
 // If the zero hides a pressing force, the unloaded cell will show that force with the opposite
 // sign, which then does not mean a pull.
 void FrameWatch::zero_measured(const RestMeasurement& before, const RestMeasurement& after,
                                double pressed_N) {
-  if (pressed_N > 0) {
-    record_force(WatchInput::zero_took, before.force_N() - after.force_N());
-    set_limits_zero(after);
-  } else {
-    learn_zero(after);
-  }
+  if (!(pressed_N > 0)) return learn_zero(after);
+  fact(WatchInput::zero_took, before.force_N() - after.force_N());
+  record(with_noise(WatchInput::zero, after.force_N(), after.scatter_N()));
 }
 
 void FrameWatch::take_over_zeros(bool zeroed, std::optional<double> sum_N) {
@@ -93,41 +85,24 @@ void FrameWatch::take_over_zeros(bool zeroed, std::optional<double> sum_N) {
 }
 
 void FrameWatch::lock_out_motion(Error why) {
-  record_reason(WatchInput::motion_locked_out, why.what);
+  WatchInputEvent e(WatchInput::motion_locked_out);
+  e.reason = why.what;
+  record(std::move(e));
   rig_.trust.no_motion = std::move(why);  // with its code, which is not stored
 }
 
-void FrameWatch::place_contact(double travel_m, double force_N) {
-  WatchInputEvent e(WatchInput::contact);
-  e.travel_m = travel_m;
-  e.force_N = force_N;
+void FrameWatch::lock_out_pressing(std::string why) {
+  WatchInputEvent e(WatchInput::pressing_locked_out);
+  e.reason = std::move(why);
   record(std::move(e));
 }
 
-void FrameWatch::know_least_stiffness(double travel_m, double felt_N, double least_N_m) {
-  WatchInputEvent e(WatchInput::least_stiffness);
-  e.travel_m = travel_m;
-  e.force_N = felt_N;
-  e.stiffness_N_m = least_N_m;
-  record(std::move(e));
-}
-
-void FrameWatch::know_largest_stiffness(double felt_N, double most_N_m) {
-  WatchInputEvent e(WatchInput::largest_stiffness);
-  e.force_N = felt_N;
-  e.stiffness_N_m = most_N_m;
-  record(std::move(e));
-}
-
-void FrameWatch::record_force(WatchInput what, double force_N) {
+void FrameWatch::fact(WatchInput what, std::optional<double> force_N,
+                      std::optional<double> travel_m, std::optional<double> stiffness_N_m) {
   WatchInputEvent e(what);
   e.force_N = force_N;
-  record(std::move(e));
-}
-
-void FrameWatch::record_travel(WatchInput what, std::optional<double> travel_m) {
-  WatchInputEvent e(what);
   e.travel_m = travel_m;
+  e.stiffness_N_m = stiffness_N_m;
   record(std::move(e));
 }
 
@@ -137,23 +112,8 @@ void FrameWatch::record_switch(WatchInput what, bool on) {
   record(std::move(e));
 }
 
-void FrameWatch::record_reason(WatchInput what, std::string why) {
-  WatchInputEvent e(what);
-  e.reason = std::move(why);
-  record(std::move(e));
-}
-
-// The samples of the measurement are stored, so their numbers are enough.
-WatchInputEvent FrameWatch::naming(WatchInput what, const RestMeasurement& rest) {
-  WatchInputEvent e(what);
-  e.from_sample = rest.from_sample();
-  e.to_sample = rest.from_sample() + rest.samples();
-  if (rest.shifted_N() != 0) e.shift_N = rest.shifted_N();
-  if (const auto& known = rest.known_drift()) {
-    e.drift_N_s = known->drift_N_s;
-    e.drift_error_N_s = known->error_N_s;
-  }
-  return e;
+void FrameWatch::start_retreat() {
+  record(with_noise(WatchInput::retreat, std::nullopt, rig_.cell.noise_bound_N()));
 }
 
 std::optional<ForceComparison> FrameWatch::record(WatchInputEvent input,

@@ -40,51 +40,59 @@ class FrameWatch {
   void note_stop_pending(bool yes);
   void order(const Order& order) { record(to_input(order)); }
   void permit(const Permit& permit) { record(to_input(permit)); }
-  void motion_stood(const MotionOutcome& outcome);
-  void stand(std::optional<double> travel_m = std::nullopt);
-  void lose_motion() { record(WatchInputEvent(WatchInput::motion_unknown)); }
+  void motion_stood(const MotionOutcome& o) { fact(WatchInput::motion_end, o.force_N, o.travel_m); }
+  void stand(std::optional<double> travel_m = std::nullopt) {
+    fact(WatchInput::standstill, std::nullopt, travel_m);
+  }
+  void lose_motion() { fact(WatchInput::motion_unknown); }
   // `noise_N`: of a sample, at most.
   std::optional<ForceComparison> compare(const MotionOutcome& outcome, double noise_N);
-  void leave_to_loop() { record(WatchInputEvent(WatchInput::force_loop)); }
+  void leave_to_loop() { fact(WatchInput::force_loop); }
   void watch_age(bool on) { record_switch(WatchInput::age_watched, on); }
-  void restart_age() { record(WatchInputEvent(WatchInput::age_restarted)); }
-  void link_back() { record(WatchInputEvent(WatchInput::link_back)); }
-  void start_at(std::optional<double> travel_m) { record_travel(WatchInput::run_start, travel_m); }
-  void expect_standstill() { record(WatchInputEvent(WatchInput::stopping)); }
+  void restart_age() { fact(WatchInput::age_restarted); }
+  void link_back() { fact(WatchInput::link_back); }
+  void start_at(std::optional<double> travel_m) {
+    fact(WatchInput::run_start, std::nullopt, travel_m);
+  }
+  void expect_standstill() { fact(WatchInput::stopping); }
   void start_retreat();
-  void end() { record(WatchInputEvent(WatchInput::ended)); }
+  void end() { fact(WatchInput::ended); }
 
   // The cell. The zero that limits use is that of the last rest measurement.
   enum class Under { nothing, perhaps_contact };  // what the probe touches
   void learn_zero(const RestMeasurement& rest, Under under = Under::nothing);
-  void learn_noise(const RestMeasurement& rest) { record(naming(WatchInput::noise, rest), &rest); }
-  void see_alive(const RestMeasurement& rest) {
-    record(naming(WatchInput::live_cell, rest), &rest);
-  }
-  void learn_untouched(double zero_N) { record_force(WatchInput::zero_before_contact, zero_N); }
+  void learn_noise(const RestMeasurement& rest) { learn(WatchInput::noise, rest); }
+  void see_alive(const RestMeasurement& rest) { learn(WatchInput::live_cell, rest); }
+  void learn_untouched(double zero_N) { fact(WatchInput::zero_before_contact, zero_N); }
   // A zero that this run asked for, of what `before` showed, as of now. `pressed_N`: the force of
   // the probe on the specimen, which it hides from the limits; 0: none, or no zero of the force.
   void zeroed(const RestMeasurement& before, bool force, bool travel, double pressed_N);
   // What the cell shows after it.
   void zero_measured(const RestMeasurement& before, const RestMeasurement& after, double pressed_N);
   void take_over_zeros(bool zeroed, std::optional<double> sum_N);
-  void invalidate_force() { record(WatchInputEvent(WatchInput::force_invalid)); }
-  void lock_out_pressing(std::string why) {
-    record_reason(WatchInput::pressing_locked_out, std::move(why));
-  }
+  void invalidate_force() { fact(WatchInput::force_invalid); }
+  void lock_out_pressing(std::string why);
   // From now on nothing moves the frame.
   void lock_out_motion(Error why);
 
   // The contact. `force_N`: there, beyond zero.
-  void place_contact(double travel_m, double force_N);
-  void take_over_contact(std::optional<double> travel_m) {
-    record_travel(WatchInput::contact_taken_over, travel_m);
+  void place_contact(double travel_m, double force_N) {
+    fact(WatchInput::contact, force_N, travel_m);
   }
-  void lose_contact() { record(WatchInputEvent(WatchInput::contact_unknown)); }
-  void know_depth(double depth_m) { record_travel(WatchInput::contact_depth, depth_m); }
-  void search_from(std::optional<double> travel_m) { record_travel(WatchInput::search, travel_m); }
-  void know_least_stiffness(double travel_m, double felt_N, double least_N_m);
-  void know_largest_stiffness(double felt_N, double most_N_m);
+  void take_over_contact(std::optional<double> travel_m) {
+    fact(WatchInput::contact_taken_over, std::nullopt, travel_m);
+  }
+  void lose_contact() { fact(WatchInput::contact_unknown); }
+  void know_depth(double depth_m) { fact(WatchInput::contact_depth, std::nullopt, depth_m); }
+  void search_from(std::optional<double> travel_m) {
+    fact(WatchInput::search, std::nullopt, travel_m);
+  }
+  void know_least_stiffness(double travel_m, double felt_N, double least_N_m) {
+    fact(WatchInput::least_stiffness, felt_N, travel_m, least_N_m);
+  }
+  void know_largest_stiffness(double felt_N, double most_N_m) {
+    fact(WatchInput::largest_stiffness, felt_N, std::nullopt, most_N_m);
+  }
   // Words for refusals; no check depends on them.
   void not_measured(const std::string& why) { rig_.contact.not_measured = ": " + why; }
 
@@ -97,13 +105,12 @@ class FrameWatch {
  private:
   std::optional<ForceComparison> record(WatchInputEvent input,
                                         const RestMeasurement* rest = nullptr);
-  void record_force(WatchInput what, double force_N);
-  void record_travel(WatchInput what, std::optional<double> travel_m);
+  void fact(WatchInput what, std::optional<double> force_N = std::nullopt,
+            std::optional<double> travel_m = std::nullopt,
+            std::optional<double> stiffness_N_m = std::nullopt);
+  void learn(WatchInput what, const RestMeasurement& rest);
   void record_switch(WatchInput what, bool on);
-  void record_reason(WatchInput what, std::string why);
-  void set_limits_zero(const RestMeasurement& rest);
   void check_invariants();
-  static WatchInputEvent naming(WatchInput what, const RestMeasurement& rest);
 
   RigState rig_;
   const Hooks hooks_;

@@ -214,5 +214,52 @@ TEST_F(State, AFrameThatThisRunDoesNotMoveIsBelieved) {
   EXPECT_TRUE(confirm(to_travel(1e-3), done_at(1e-3, 0.011)));
 }
 
+// A state that contradicts itself is a fault of this program: the run stops, and `finally` runs.
+TEST_F(State, AContradictionInItselfStopsTheRunOnce) {
+  watch().know_least_stiffness(5e-3, 0.02, 1e4);  // of a contact that has no place
+  watch().know_least_stiffness(5e-3, 0.02, 1e4);
+  const InterruptRequest stop = parts().interrupts.take();
+  EXPECT_EQ(stop.kind, Interrupt::fault);
+  EXPECT_EQ(stop.code, Errc::bug);
+  EXPECT_THAT(stop.why, HasSubstr("a stiffness is known, and no place of contact"));
+  EXPECT_TRUE(parts().interrupts.empty());
+}
+
+TEST_F(State, KnowsWhatCannotBe) {
+  RigFacts facts = rig().facts;
+  const RigState sound(facts, setup().forecast);
+  EXPECT_FALSE(sound.broken_invariant());
+  RigState broken = sound;
+  broken.trust.force = false;
+  EXPECT_TRUE(broken.broken_invariant()) << "an invalid force still limits";
+  broken = sound;
+  broken.limits.travel_min_m = 2e-3;
+  broken.limits.travel_max_m = 1e-3;
+  EXPECT_TRUE(broken.broken_invariant());
+  broken = sound;
+  broken.cell.below_zero_N = -0.1;
+  EXPECT_TRUE(broken.broken_invariant()) << "a zero that raises the limit";
+  broken = RigState(facts, std::nullopt);
+  broken.frame.motion = FrameMotion::moving;
+  EXPECT_TRUE(broken.broken_invariant()) << "this run does not move it";
+}
+
+// All zeros of a run are one sum, and one under load hides its force from the lower limit.
+TEST_F(State, AZeroIsOneFact) {
+  watch().learn_zero(rest_between(0.010, 0.012));
+  const double least_N = rig().limits.force_min_N;
+  watch().zeroed(rest_between(0.310, 0.312), true, false, 0.3);
+  watch().zero_measured(rest_between(0.310, 0.312), rest_between(-0.001, 0.001), 0.3);
+  EXPECT_NEAR(rig().cell.zeros_N.value(), 0.311, 1e-9);
+  EXPECT_NEAR(rig().limits.force_min_N, least_N - 0.3, 1e-9);
+  EXPECT_NEAR(rig().cell.unloaded_N(), 0.011 - 0.311, 1e-9);
+  EXPECT_TRUE(rig().frame.seen.zeroed);
+  watch().zeroed(rest_between(0.010, 0.012), true, false, 0);
+  watch().zero_measured(rest_between(0.010, 0.012), rest_between(-0.001, 0.001), 0);
+  EXPECT_NEAR(rig().cell.zeros_N.value(), 0.322, 1e-9);
+  EXPECT_NEAR(rig().limits.force_min_N, least_N, 1e-9) << "it hides nothing";
+  EXPECT_NEAR(rig().cell.unloaded_N(), 0, 1e-9);
+}
+
 }  // namespace
 }  // namespace lcrig
