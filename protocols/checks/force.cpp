@@ -28,18 +28,12 @@ Found force_too_small(const RigState& rig, const Sight& sight) {
   const auto edge = edge_in_contact(rig, sight.sample.received, *travel_m);
   if (!edge) return std::nullopt;
   const Contact::Least& contact = *rig.contact.least;
-  double least_N = edge->value() - rig.frame.order.zero_N;
-  for (const Term& term : edge->terms()) {
-    const bool is_tolerance =
-        term.name == "noise" || term.name == "force loop" || term.name == "drift";
-    if (is_tolerance) least_N -= term.value;
-  }
   return fmt::format(
       "the force does not follow the way into the specimen: {:.4f} N at {:.4f} mm beyond contact, "
       "which was {:.3g} N/mm stiff when it was found and should show {:.3g} N at least; the load "
       "cell shows too little, or the specimen gave way",
       *force_N - rig.frame.order.zero_N, (*travel_m - contact.travel_m) * 1e3,
-      contact.stiffness_N_m * 1e-3, least_N);
+      contact.stiffness_N_m * 1e-3, edge->value() - rig.frame.order.zero_N);
 }
 
 Found force_rises(const RigState& rig, const Sight& sight) {

@@ -25,34 +25,26 @@ Found place_after_motion(const RigState& rig, const Sight& /*sight*/) {
 }
 
 Found against_order(const RigState& rig, const Sight& sight) {
-  if (!sight.sample.travel_m) return std::nullopt;
-  const double travel_m = *sight.sample.travel_m;
-  const bool towards = rig.frame.order.direction > 0;
-  const Corridor corridor = travel_corridor(rig, sight.sample.received);
-  const auto& edge = towards ? corridor.lower : corridor.upper;
-  if (!edge || !(towards ? travel_m < edge->value() : travel_m > edge->value())) {
-    return std::nullopt;
-  }
+  const auto edge = edge_behind(rig);
+  const double direction = rig.frame.order.direction;
+  const auto& travel_m = sight.sample.travel_m;
+  if (!edge || !travel_m || direction * (*travel_m - edge->value()) >= 0) return std::nullopt;
   return fmt::format(
       "the frame runs against the command: {:.4f} mm {} the specimen instead of {} it",
-      std::abs(travel_m - edge->terms().front().value) * 1e3, towards ? "away from" : "towards",
-      towards ? "towards" : "away from");
+      std::abs(*travel_m - edge->terms().front().value) * 1e3,
+      direction > 0 ? "away from" : "towards", direction > 0 ? "towards" : "away from");
 }
 
+// The first sample of a motion is compared with the reported place instead.
 Found ahead_of_order(const RigState& rig, const Sight& sight) {
-  if (!sight.sample.travel_m || rig.course.claim) return std::nullopt;
-  const double travel_m = *sight.sample.travel_m;
-  const bool towards = rig.frame.order.direction > 0;
-  const Corridor corridor = travel_corridor(rig, sight.sample.received);
-  const auto& edge = towards ? corridor.upper : corridor.lower;
-  if (!edge || !(towards ? travel_m > edge->value() : travel_m < edge->value())) {
-    return std::nullopt;
-  }
+  const auto edge = edge_ahead(rig, sight.sample.received);
+  const auto& travel_m = sight.sample.travel_m;
+  if (!edge || !travel_m || rig.course.claim) return std::nullopt;
+  if (rig.frame.order.direction * (*travel_m - edge->value()) <= 0) return std::nullopt;
   return fmt::format(
       "the frame is ahead of the command: {:.4f} mm after {:.1f} s from {:.4f} mm, where {:.4g} "
-      "mm/s "
-      "were ordered",
-      travel_m * 1e3, to_seconds(sight.sample.received - rig.frame.since),
+      "mm/s were ordered",
+      *travel_m * 1e3, to_seconds(sight.sample.received - rig.frame.since),
       edge->terms().front().value * 1e3, rig.frame.order.speed_m_s * 1e3);
 }
 
@@ -60,9 +52,9 @@ Found ahead_of_order(const RigState& rig, const Sight& sight) {
 Found moves_at_standstill(const RigState& rig, const Sight& sight) {
   const auto& stood_m = rig.course.stood_m;
   const double way_m = sight.sample.travel_m && stood_m ? *sight.sample.travel_m - *stood_m : 0;
-  const double allowed_m = std::max(rig.tolerances.standing_m, kTravelSteps * rig.travel_step_m());
   const bool flagged = rig.course.moving_flags >= kTwice.count();
-  const bool creeps = std::abs(way_m) > allowed_m || (rig.course.jump && rig.course.jump->moves);
+  const bool creeps =
+      std::abs(way_m) > rig.standing_m() || (rig.course.jump && rig.course.jump->moves);
   if (!flagged && !creeps) return std::nullopt;
   return fmt::format("the frame moves without a command: {:+.4f} mm since it stood{}", way_m * 1e3,
                      flagged ? ", and it says that it moves" : "");

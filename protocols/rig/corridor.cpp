@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lcrig {
 
@@ -87,38 +88,39 @@ void set_base(Course::Pressed& p, const Contact::Least& contact, std::optional<d
   p.base_N = p.is_loaded ? start_N : kReturns * contact.deepest_N;
 }
 
+// A servo may overshoot its end and come back.
+std::optional<Edge> edge_behind(const RigState& rig) {
+  const Order& order = rig.frame.order;
+  if (order.direction == 0 || !rig.course.furthest_m) return std::nullopt;
+  double furthest_m = *rig.course.furthest_m;  // in its direction
+  if (order.target_m) furthest_m = std::min(furthest_m, order.direction * *order.target_m);
+  const double allowed_m = std::max(rig.tolerances.against_m, kTravelSteps * rig.travel_step_m());
+  return Edge("against the order")
+      .add("furthest", order.direction * furthest_m)
+      .add("hunting, noise, step", -order.direction * allowed_m);
+}
+
+std::optional<Edge> edge_ahead(const RigState& rig, MonoTime t) {
+  const Order& order = rig.frame.order;
+  if (order.direction == 0 || !rig.course.from_m) return std::nullopt;
+  const double seconds = to_seconds(t - rig.frame.since) + kUnderWay_s;
+  const double tolerance_m = rig.tolerances.order_travel_m + kTravelSteps * rig.travel_step_m();
+  return Edge("ahead of the order")
+      .add("where it stood", *rig.course.from_m)
+      .add("ordered way", order.direction * kSpeedAllowance * order.speed_m_s * seconds)
+      .add("tolerance", order.direction * tolerance_m);
+}
+
 Corridor travel_corridor(const RigState& rig, MonoTime t) {
   Corridor out;
-  const Course& course = rig.course;
-  const double step_m = kTravelSteps * rig.travel_step_m();
-  if (rig.frame.motion == FrameMotion::standing && course.stood_m) {
-    const double allowed_m = std::max(rig.tolerances.standing_m, step_m);
-    out.lower = Edge("stands").add("where it stood", *course.stood_m).add("tolerance", -allowed_m);
-    out.upper = Edge("stands").add("where it stood", *course.stood_m).add("tolerance", allowed_m);
-  }
-  const Order& order = rig.frame.order;
-  if (rig.frame.motion != FrameMotion::moving || order.direction == 0) return out;
-  const bool towards = order.direction > 0;
-  if (course.furthest_m) {
-    // A servo may overshoot its end and come back.
-    const double allowed_m = std::max(rig.tolerances.against_m, step_m);
-    double behind_m = *course.furthest_m;
-    if (order.target_m) {
-      behind_m = std::min(behind_m, order.direction * *order.target_m);
-    }
-    (towards ? out.lower : out.upper) =
-        Edge("against the order")
-            .add("furthest", order.direction * behind_m)
-            .add("hunting, noise, step", -order.direction * allowed_m);
-  }
-  if (course.from_m) {
-    const double way_m =
-        kSpeedAllowance * order.speed_m_s * (to_seconds(t - rig.frame.since) + kUnderWay_s);
-    (towards ? out.upper : out.lower) =
-        Edge("ahead of the order")
-            .add("where it stood", *course.from_m)
-            .add("ordered way", order.direction * way_m)
-            .add("tolerance", order.direction * (rig.tolerances.order_travel_m + step_m));
+  if (rig.frame.motion == FrameMotion::standing && rig.course.stood_m) {
+    const double stood_m = *rig.course.stood_m;
+    out.lower = Edge("stands").add("where it stood", stood_m).add("tolerance", -rig.standing_m());
+    out.upper = Edge("stands").add("where it stood", stood_m).add("tolerance", rig.standing_m());
+  } else if (rig.frame.motion == FrameMotion::moving) {
+    out.lower = edge_behind(rig);
+    out.upper = edge_ahead(rig, t);
+    if (rig.frame.order.direction < 0) std::swap(out.lower, out.upper);
   }
   return out;
 }

@@ -52,6 +52,10 @@ Corridor travel_corridor(const RigState& rig, MonoTime t);
 // nothing.
 Corridor force_corridor(const RigState& rig, MonoTime t, std::optional<double> travel_m);
 
+// The edges of the travel while the frame moves: against its order, and ahead of it.
+std::optional<Edge> edge_behind(const RigState& rig);
+std::optional<Edge> edge_ahead(const RigState& rig, MonoTime t);
+
 // The lower edges of an approach. From the force at the start of the motion; from the largest force
 // of the motion; from the depth in a contact whose least stiffness is known, since the motion
 // started, and since the largest force.

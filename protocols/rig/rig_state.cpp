@@ -64,6 +64,10 @@ double RigState::still_m() const {
   return std::max(tolerances.against_m, kTravelSteps * travel_step_m());
 }
 
+double RigState::standing_m() const {
+  return std::max(tolerances.standing_m, kTravelSteps * travel_step_m());
+}
+
 double RigState::standing_noise_N() const {
   return std::sqrt(course.noise_N2);
 }

@@ -104,6 +104,7 @@ class RigState {
   double travel_tolerance_m() const;  // of a depth in the contact
   // What the travel of a standing frame may differ by: noise, step, and the hunting of its loop.
   double still_m() const;
+  double standing_m() const;  // the same from where it stood
   double standing_noise_N() const;  // of the force while the frame stands and its loop hunts
   // Whether the specimen may pull at the probe. It may if the probe stands or moves away.
   bool may_pull() const {
