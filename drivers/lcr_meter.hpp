@@ -15,15 +15,10 @@
 #include "base/result.hpp"
 #include "base/task.hpp"
 #include "base/time.hpp"
+#include "drivers/identity.hpp"
 #include "events/payloads.hpp"
 
 namespace lcrig {
-
-struct Identity {
-  std::string maker, model, firmware, serial;
-  std::string text;  // the reply exactly as sent
-  bool simulated = false;  // the instrument itself says so
-};
 
 struct LcrSettings {
   LcrFunction function = LcrFunction::CpD;

@@ -10,13 +10,14 @@
 #include <string_view>
 #include <vector>
 
+#include "base/flags.hpp"
 #include "base/force_class.hpp"
 #include "base/pressure_area.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/task.hpp"
 #include "base/time.hpp"
-#include "drivers/lcr_meter.hpp"
+#include "drivers/identity.hpp"
 #include "events/payloads.hpp"
 
 namespace lcrig {

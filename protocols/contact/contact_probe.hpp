@@ -10,9 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "protocols/run/run_parts.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 
 namespace lcrig {
+
+struct RunParts;
 
 class ContactProbe {
  public:

@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "base/either.hpp"
+#include "protocols/contact/contact_probe.hpp"
 #include "protocols/rig/forecast.hpp"
+#include "protocols/run/run_parts.hpp"
 #include "protocols/steps/find_contact.hpp"
 
 namespace lcrig {

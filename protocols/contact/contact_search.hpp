@@ -5,11 +5,15 @@
 
 #include <optional>
 
-#include "protocols/contact/contact_probe.hpp"
-#include "protocols/run/run_parts.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 
 namespace lcrig {
 
+class ContactProbe;
+struct RunParts;
 struct FindContactStep;  // steps/find_contact.hpp
 
 class ContactSearch {

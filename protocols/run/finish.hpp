@@ -9,11 +9,14 @@
 #include <string_view>
 
 #include "protocols/run/interrupts.hpp"
-#include "protocols/run/losses.hpp"
-#include "protocols/run/run_parts.hpp"
-#include "protocols/run/take_over.hpp"
+#include "protocols/run/setup.hpp"
 
 namespace lcrig {
+
+class Losses;
+class RestMeasurement;
+class TakeOver;
+struct RunParts;
 
 class Finish {
  public:

@@ -5,6 +5,14 @@
 #include <boost/asio/this_coro.hpp>
 #include <utility>
 
+#include "base/clock.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_watch.hpp"
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/progress_keeper.hpp"
+#include "protocols/run/rest_meter.hpp"
+#include "protocols/run/setup.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -20,6 +28,16 @@ constexpr const char* kMovesOn =
     "the E-stop";
 
 }  // namespace
+
+FrameDrive::FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts,
+                       FrameWatch& watch, const RestMeter& meter, StandstillWatch& still)
+    : setup_(setup),
+      log_(log),
+      interrupts_(interrupts),
+      watch_(watch),
+      rig_(watch.rig()),
+      meter_(meter),
+      still_(still) {}
 
 Task<Result<>> FrameDrive::take_command() {
   const FrameCapabilities& caps = rig_.frame.caps;
@@ -169,6 +187,22 @@ Task<Result<>> FrameDrive::hold_force(double force_N) {
 Task<Result<>> FrameDrive::restore_hold() {
   if (!held_force_N_) co_return Result<>();
   co_return co_await hold_force(*held_force_N_);
+}
+
+void FrameDrive::doubt_standstill() {
+  still_.contradict(setup_.clock.now());
+}
+
+bool FrameDrive::prepared() const {
+  return rig_.is_prepared;
+}
+
+void FrameDrive::set_prepared(bool yes) {
+  watch_.set_prepared(yes);
+}
+
+const std::optional<Error>& FrameDrive::hands_off() const {
+  return rig_.trust.no_motion;
 }
 
 bool FrameDrive::keep_hands_off(std::string why, Errc code) {

@@ -7,15 +7,21 @@
 #include <optional>
 #include <string>
 
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_watch.hpp"
-#include "protocols/run/interrupts.hpp"
-#include "protocols/run/progress_keeper.hpp"
-#include "protocols/run/rest_meter.hpp"
-#include "protocols/run/setup.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
+#include "drivers/load_frame.hpp"
 #include "protocols/run/standstill.hpp"
 
 namespace lcrig {
+
+class EventLog;
+class FrameWatch;
+class InterruptQueue;
+class RestMeter;
+class RigState;
+class Stands;  // progress_keeper.hpp
+struct RunSetup;
 
 class FrameDrive {
  public:
@@ -23,14 +29,7 @@ class FrameDrive {
 
   // All must outlive it.
   FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts,
-             FrameWatch& watch, const RestMeter& meter, StandstillWatch& still)
-      : setup_(setup),
-        log_(log),
-        interrupts_(interrupts),
-        watch_(watch),
-        rig_(watch.rig()),
-        meter_(meter),
-        still_(still) {}
+             FrameWatch& watch, const RestMeter& meter, StandstillWatch& still);
 
   // Sets limits and sample rate of a frame that this run commands; of any other frame only the
   // rate.
@@ -51,7 +50,7 @@ class FrameDrive {
   void note_order(double speed_m_s);
   void see(const FrameSample& sample);  // every sample
   Duration flowing() const;  // samples that are older are not coming any more
-  void doubt_standstill() { still_.contradict(setup_.clock.now()); }
+  void doubt_standstill();
   void lose_link() { still_.lose(); }
   // The same after the link came back, when no motion was under way. Errors: as LoadFrame::stop.
   Task<Result<>> stop_silently();
@@ -69,12 +68,12 @@ class FrameDrive {
   // person has looked. `why` is for people and becomes part of the run's reason. False: there was
   // another reason already, or the run is over.
   bool keep_hands_off(std::string why, Errc code = Errc::frame_fault);
-  const std::optional<Error>& hands_off() const { return rig_.trust.no_motion; }
+  const std::optional<Error>& hands_off() const;
   Result<> may_move() const;  // checked before every motion
 
   // The instruments may have received a command, so `finally` has to run.
-  bool prepared() const { return rig_.is_prepared; }
-  void set_prepared(bool yes) { watch_.set_prepared(yes); }
+  bool prepared() const;
+  void set_prepared(bool yes);
   bool standing() const { return standing_; }  // the last STOP was confirmed
   // How often the frame confirmed standstill. If it has grown since a request to stop, that request
   // was carried out. A frame that is only observed counts as confirming.

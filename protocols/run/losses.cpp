@@ -8,7 +8,10 @@
 
 #include "base/either.hpp"
 #include "base/text.hpp"
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/run_parts.hpp"
 #include "protocols/run/scoped_flag.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -34,6 +37,8 @@ bool is_absent(Errc code) {
 }
 
 }  // namespace
+
+Losses::Losses(RunParts& run) : run_(run), stated_steps_(run.setup.frame.capabilities()) {}
 
 void Losses::lose_meter(Error error) {
   // `finally` unloads without readings. A step of it that needs the meter fails by itself.

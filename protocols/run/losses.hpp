@@ -10,17 +10,22 @@
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 #include "protocols/rig/last_seen.hpp"
-#include "protocols/run/interrupts.hpp"
-#include "protocols/run/run_parts.hpp"
+#include "protocols/run/progress_keeper.hpp"
 #include "protocols/run/sample_clock.hpp"
 #include "protocols/run/stated_steps.hpp"
 
 namespace lcrig {
 
+struct InterruptRequest;
+struct RunParts;
+
 class Losses {
  public:
-  explicit Losses(RunParts& run) : run_(run), stated_steps_(run.setup.frame.capabilities()) {}
+  explicit Losses(RunParts& run);
 
   void lose_meter(Error error);
   void lose_frame(Error error);

@@ -9,7 +9,13 @@
 #include "base/either.hpp"
 #include "protocols/rig/corridor.hpp"
 #include "protocols/rig/permit.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_drive.hpp"
+#include "protocols/run/frame_watch.hpp"
+#include "protocols/run/rest_meter.hpp"
 #include "protocols/run/scoped_flag.hpp"
+#include "protocols/run/setup.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -50,6 +56,10 @@ Result<MotionOutcome> judge_end(const std::string& step, const MotionOrder& orde
 }
 
 }  // namespace
+
+Motions::Motions(const RunSetup& setup, const EventLog& log, FrameWatch& watch, RestMeter& meter,
+                 FrameDrive& drive)
+    : setup_(setup), log_(log), watch_(watch), rig_(watch.rig()), meter_(meter), drive_(drive) {}
 
 // Runs the motion with a time-out and writes its event. Every end other than `target` is an error.
 Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,

@@ -5,14 +5,21 @@
 
 #include <optional>
 
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_watch.hpp"
-#include "protocols/run/rest_meter.hpp"
-#include "protocols/run/setup.hpp"
-#include "protocols/steps/progress.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "drivers/load_frame.hpp"
+#include "protocols/rig/order.hpp"
 
 namespace lcrig {
+
+class EventLog;
+class FrameDrive;
+class FrameWatch;
+class RestMeter;
+class RigState;
+class TimeSpent;  // steps/progress.hpp
+struct ForceComparison;  // rig/prediction.hpp
+struct RunSetup;
 
 // The longest time of a motion. With `t`, the earlier motions of the step count, too.
 struct TimeLimit {
@@ -35,8 +42,7 @@ class Motions {
  public:
   // All must outlive it.
   Motions(const RunSetup& setup, const EventLog& log, FrameWatch& watch, RestMeter& meter,
-          FrameDrive& drive)
-      : setup_(setup), log_(log), watch_(watch), rig_(watch.rig()), meter_(meter), drive_(drive) {}
+          FrameDrive& drive);
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
   // limit_tripped, aborted, refused (also when the frame is not where it reports to be).

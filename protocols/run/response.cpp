@@ -4,6 +4,12 @@
 #include <fmt/format.h>
 
 #include "base/text.hpp"
+#include "protocols/checks/check.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_drive.hpp"
+#include "protocols/run/frame_watch.hpp"
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/setup.hpp"
 
 namespace lcrig {
 

@@ -8,14 +8,19 @@
 #include <string_view>
 #include <vector>
 
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_watch.hpp"
-#include "protocols/run/interrupts.hpp"
 #include "protocols/run/scoped_flag.hpp"
-#include "protocols/run/setup.hpp"
 
 namespace lcrig {
+
+class EventLog;
+class EventName;
+class FrameDrive;
+class FrameWatch;
+class InterruptQueue;
+enum class Doubt;  // checks/check.hpp
+enum class Response;
+struct Finding;
+struct RunSetup;
 
 class Responses {
  public:

@@ -5,6 +5,9 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "protocols/rig/rig_state.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/setup.hpp"
 
 namespace lcrig {
 

@@ -8,11 +8,16 @@
 #include <span>
 #include <string_view>
 
-#include "protocols/rig/rig_state.hpp"
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/setup.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 
 namespace lcrig {
+
+class EventLog;
+class RigState;
+struct RunSetup;
 
 class RestMeter {
  public:

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/either.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 

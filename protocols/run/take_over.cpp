@@ -6,7 +6,10 @@
 #include <utility>
 
 #include "base/either.hpp"
+#include "protocols/expand.hpp"
+#include "protocols/run/interrupts.hpp"
 #include "protocols/run/losses.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 

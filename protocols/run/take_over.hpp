@@ -3,13 +3,21 @@
 // the specimen, and the frame must be where it was. Used by `Run` before its first step.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <utility>
 
-#include "protocols/expand.hpp"
-#include "protocols/run/interrupts.hpp"
-#include "protocols/run/run_parts.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
+
+class StepCursor;
+struct InterruptRequest;
+struct LcrSettings;
+struct RunParts;
+struct Step;
 
 class TakeOver {
  public:

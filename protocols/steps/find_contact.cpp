@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/clock.hpp"
 #include "base/text.hpp"
 #include "protocols/contact/contact_search.hpp"
 #include "protocols/file/step_reader.hpp"

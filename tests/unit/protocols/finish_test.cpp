@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 
+#include "protocols/run/losses.hpp"
+#include "protocols/run/take_over.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
