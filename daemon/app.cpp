@@ -7,8 +7,12 @@
 
 #include "base/program_version.hpp"
 #include "base/spawn.hpp"
+#include "daemon/queue/runner.hpp"
+#include "daemon/record/recorder.hpp"
 #include "daemon/rig/real.hpp"
 #include "daemon/rig/sim.hpp"
+#include "daemon/session.hpp"
+#include "protocols/run/run.hpp"
 
 namespace lcrig {
 
@@ -61,6 +65,10 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
 }
 
 App::~App() = default;
+
+QueueHandler* App::queue() {
+  return queue_.runner();
+}
 
 // Sets the callbacks by which a part calls another one that it does not know.
 void App::connect() {

@@ -21,13 +21,18 @@
 #include "daemon/app/run_starter.hpp"
 #include "daemon/app/run_steering.hpp"
 #include "daemon/config.hpp"
+#include "daemon/control/handler.hpp"
 #include "daemon/control/server.hpp"
-#include "daemon/record/recorder.hpp"
+#include "daemon/queue/plans.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "daemon/rig/known.hpp"
 #include "daemon/rig/operator.hpp"
 #include "daemon/service.hpp"
 
 namespace lcrig {
+
+class Recorder;
+struct PreparedRun;
 
 // The parts in which a rehearsal differs from a daemon.
 struct AppParts {
@@ -72,7 +77,7 @@ class App final : public ControlHandler {
   SteeringHandler& steering() override { return steering_; }
   StoreHandler& store() override { return writes_; }
   MeterHandler& meter() override { return meter_; }
-  QueueHandler* queue() override { return queue_.runner(); }
+  QueueHandler* queue() override;
   DaemonStatus status() const override;
   ConfigView config_view() const override { return config_taker_.view(); }
   Task<Result<std::string>> metrics() override { return metrics_.text(); }

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "base/units.hpp"
+#include "daemon/session.hpp"
 #include "protocols/expand.hpp"
 #include "storage/copied_from.hpp"
 #include "storage/runs.hpp"
+#include "storage/sqlite.hpp"
 
 namespace lcrig {
 

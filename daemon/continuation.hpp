@@ -3,13 +3,16 @@
 // App uses it for `run.resume` and for the queue.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "base/result.hpp"
 #include "daemon/control/messages.hpp"
-#include "daemon/session.hpp"
-#include "storage/sqlite.hpp"
 
 namespace lcrig {
+
+class Database;
+struct PreparedRun;
 
 // Protocol, parameters and specimen of the run, and the step where it stopped. Errors:
 // invalid_request (no such run, not interrupted, continued already, was in `finally`).

@@ -7,8 +7,11 @@
 
 #include "daemon/rehearsal.hpp"
 #include "daemon/rig/drill.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "daemon/rig/sim.hpp"
+#include "daemon/session.hpp"
 #include "model/specimen_file.hpp"
+#include "storage/database.hpp"
 #include "storage/run_summary.hpp"
 #include "storage/runs.hpp"
 

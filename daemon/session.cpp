@@ -10,11 +10,13 @@
 #include "base/text.hpp"
 #include "daemon/record/room.hpp"
 #include "daemon/rig/bench_door.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "protocols/plan/rig_forecast.hpp"
+#include "protocols/run/run.hpp"
 #include "storage/writer_lock.hpp"
 
 namespace lcrig {
@@ -101,6 +103,8 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
       instruments_(std::move(instruments)),
       prepared_(std::move(prepared)),
       commands_(commands_frame(prepared_.protocol) || prepared_.places_weights) {}
+
+Session::~Session() = default;
 
 // A simulated bench has a model of the specimen; for a real rig only the specimen's file is known.
 void add_specimen(Rig& rig, const PreparedRun& run) {

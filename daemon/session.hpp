@@ -3,22 +3,37 @@
 // RunStarter.
 #pragma once
 
+#include <boost/asio/any_io_executor.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 #include "daemon/record/reading_counts.hpp"
 #include "daemon/record/recorder.hpp"
-#include "daemon/rig/instruments.hpp"
+#include "daemon/rig/known.hpp"
 #include "daemon/run_request.hpp"
+#include "drivers/lcr_meter.hpp"
 #include "model/specimen.hpp"
 #include "protocols/plan/plan.hpp"
 #include "protocols/protocol.hpp"
 #include "protocols/rig/forecast.hpp"
-#include "protocols/run/run.hpp"
+#include "protocols/run/point.hpp"
+#include "protocols/run/sink.hpp"
 
 namespace lcrig {
+
+class Instruments;
+class Run;
+struct InstrumentsRequest;
+struct RunResult;
+struct RunRow;
+struct RunSetup;
 
 // The capacitance that a specimen should show at rest.
 struct ExpectedAtRest {
@@ -54,6 +69,7 @@ class Session {
  public:
   Session(asio::any_io_executor executor, Clock& clock, Recorder& recorder,
           std::unique_ptr<Instruments> instruments, PreparedRun prepared);
+  ~Session();
 
   // Identifies both instruments and looks at them, plans with their capabilities, takes command of
   // the frame, configures the meter, and writes the run row. Everything that can be refused is

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/rig/instruments.hpp"
 #include "daemon/rig/known.hpp"
 #include "daemon/session.hpp"
 #include "protocols/rig/rest_measurement.hpp"

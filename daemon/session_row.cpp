@@ -7,6 +7,7 @@
 #include "base/units.hpp"
 #include "daemon/record/stored_frame.hpp"
 #include "daemon/rig/corrector.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "daemon/session.hpp"
 
 namespace lcrig {

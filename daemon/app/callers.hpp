@@ -7,11 +7,14 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/control/audit.hpp"
-#include "daemon/control/server.hpp"
-#include "daemon/record/recorder.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
+
+class ControlServer;
+class Recorder;
+struct PeerCredentials;
 
 class Callers {
  public:
@@ -19,16 +22,10 @@ class Callers {
   Callers(Clock& clock, ControlServer& server, const std::unique_ptr<Recorder>& recorder)
       : clock_(clock), server_(server), recorder_(recorder) {}
 
-  Task<std::string> name_of(const PeerCredentials& peer) {
-    return server_.user_name(peer, std::chrono::seconds(2));
-  }
+  Task<std::string> name_of(const PeerCredentials& peer);
   // A stop must not wait long for a name: this time is enough for one in the password file.
-  Task<std::string> name_for_stop(const PeerCredentials& peer) {
-    return server_.user_name(peer, std::chrono::milliseconds(20));
-  }
-  void note(std::string_view request, const PeerCredentials& peer, std::string_view why = {}) {
-    recorder_->event(request_event(clock_.now(), request, peer, why));
-  }
+  Task<std::string> name_for_stop(const PeerCredentials& peer);
+  void note(std::string_view request, const PeerCredentials& peer, std::string_view why = {});
 
  private:
   Clock& clock_;

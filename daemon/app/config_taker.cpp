@@ -9,7 +9,11 @@
 
 #include "base/aside.hpp"
 #include "base/log.hpp"
+#include "daemon/app/rig_use.hpp"
 #include "daemon/config_check.hpp"
+#include "daemon/queue/plans.hpp"
+#include "daemon/rig/instruments.hpp"
+#include "daemon/service.hpp"
 
 namespace lcrig {
 

@@ -6,13 +6,16 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <functional>
 
-#include "daemon/app/rig_use.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
 #include "daemon/config_reload.hpp"
-#include "daemon/queue/plans.hpp"
-#include "daemon/rig/instruments.hpp"
-#include "daemon/service.hpp"
 
 namespace lcrig {
+
+class InstrumentFactory;
+class QueuePlans;
+class RigUse;
+class ServiceNotifier;
 
 class ConfigTaker {
  public:

@@ -8,6 +8,7 @@
 
 #include "base/aside.hpp"
 #include "base/text.hpp"
+#include "daemon/app/callers.hpp"
 #include "daemon/control/audit.hpp"
 #include "model/plausible.hpp"
 #include "model/specimen_file.hpp"

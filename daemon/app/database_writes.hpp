@@ -9,10 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "daemon/app/callers.hpp"
 #include "daemon/control/handler.hpp"
 
 namespace lcrig {
+
+class Callers;
 
 class DatabaseWrites final : public StoreHandler {
  public:

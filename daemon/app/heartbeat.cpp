@@ -6,6 +6,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/clock.hpp"
+#include "daemon/app/news.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/record/recorder.hpp"
+#include "daemon/rig/instruments.hpp"
+#include "daemon/service.hpp"
+#include "daemon/session.hpp"
+#include "protocols/run/run.hpp"
+
 namespace lcrig {
 
 using namespace std::chrono_literals;

@@ -8,12 +8,17 @@
 #include <string>
 #include <vector>
 
-#include "daemon/app/news.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 #include "daemon/liveness.hpp"
-#include "daemon/record/recorder.hpp"
-#include "daemon/rig/instruments.hpp"
 
 namespace lcrig {
+
+class InstrumentFactory;
+class News;
+class Recorder;
+class RigUse;
+class ServiceNotifier;
 
 class Heartbeat {
  public:

@@ -4,6 +4,10 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "daemon/app/callers.hpp"
+#include "daemon/app/queue_turns.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/service.hpp"
 
 namespace lcrig {
 

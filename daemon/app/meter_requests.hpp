@@ -3,14 +3,15 @@
 // App; called by the control socket.
 #pragma once
 
-#include "daemon/app/callers.hpp"
-#include "daemon/app/queue_turns.hpp"
-#include "daemon/app/rig_use.hpp"
 #include "daemon/control/handler.hpp"
 #include "daemon/rig/corrector.hpp"
-#include "daemon/service.hpp"
 
 namespace lcrig {
+
+class Callers;
+class QueueTurns;
+class RigUse;
+class ServiceNotifier;
 
 class MeterRequests final : public MeterHandler {
  public:

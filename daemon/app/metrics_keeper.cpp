@@ -6,8 +6,14 @@
 #include <filesystem>
 
 #include "base/aside.hpp"
+#include "base/clock.hpp"
 #include "base/text.hpp"
 #include "base/whole_file.hpp"
+#include "daemon/app/heartbeat.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/config.hpp"
+#include "daemon/metrics.hpp"
+#include "daemon/record/recorder.hpp"
 
 namespace lcrig {
 

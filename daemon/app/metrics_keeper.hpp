@@ -3,16 +3,23 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
 
-#include "daemon/app/heartbeat.hpp"
-#include "daemon/config.hpp"
-#include "daemon/metrics.hpp"
+#include "base/condition.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "daemon/control/messages.hpp"
 
 namespace lcrig {
+
+class Heartbeat;
+class Recorder;
+class RigUse;
+struct Config;
 
 class MetricsKeeper {
  public:

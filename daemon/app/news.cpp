@@ -6,8 +6,13 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/control/server.hpp"
 #include "daemon/run_words.hpp"
+#include "daemon/service.hpp"
+#include "daemon/session.hpp"
 #include "events/event_words.hpp"
+#include "protocols/run/run.hpp"
 
 namespace lcrig {
 

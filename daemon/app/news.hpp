@@ -4,15 +4,19 @@
 // news.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "daemon/app/rig_use.hpp"
-#include "daemon/control/server.hpp"
-#include "daemon/service.hpp"
-
 namespace lcrig {
+
+class ControlServer;
+class RigUse;
+class ServiceNotifier;
+struct QueueStatus;
+struct RunEvent;
+struct RunOutcome;
 
 class News {
  public:

@@ -6,8 +6,15 @@
 #include <utility>
 
 #include "base/aside.hpp"
+#include "daemon/app/callers.hpp"
+#include "daemon/app/news.hpp"
+#include "daemon/app/run_starter.hpp"
 #include "daemon/continuation.hpp"
+#include "daemon/queue/runner.hpp"
+#include "daemon/session.hpp"
 #include "protocols/expand.hpp"
+#include "protocols/plan/plan.hpp"
+#include "protocols/run/run.hpp"
 #include "storage/database.hpp"
 #include "storage/run_summary.hpp"
 
@@ -45,6 +52,11 @@ Result<std::optional<ExpectedAtRest>> expected_at_rest(const Database& db, const
 
 }  // namespace
 
+QueueTurns::QueueTurns(asio::any_io_executor executor, Clock& clock, const Parts& parts)
+    : executor_(std::move(executor)), clock_(clock), parts_(parts) {}
+
+QueueTurns::~QueueTurns() = default;
+
 // The queue never starts by itself after the daemon ended, whether by a crash or not.
 Result<> QueueTurns::open() {
   auto db = open_read_write(parts_.database, parts_.vfs);
@@ -63,6 +75,30 @@ Result<> QueueTurns::open() {
 Task<> QueueTurns::run() {
   co_await runner_->run();
   parts_.use.tell();
+}
+
+bool QueueTurns::goes() const {
+  return runner_ && runner_->goes();
+}
+
+bool QueueTurns::over() const {
+  return !runner_ || runner_->over();
+}
+
+void QueueTurns::wake() {
+  if (goes()) runner_->wake();
+}
+
+void QueueTurns::note(const RunEvent& event) {
+  hazards_.take(hazard_of(event.kind));
+}
+
+Task<std::string> QueueTurns::name_of(const PeerCredentials& peer) {
+  return parts_.callers.name_of(peer);
+}
+
+void QueueTurns::queue_changed(const QueueStatus& status) {
+  parts_.news.queue_changed(status);
 }
 
 Task<Result<>> QueueTurns::claim_for_person(RigUse::State state, std::string if_it_goes) {

@@ -7,14 +7,21 @@
 #include <memory>
 #include <string>
 
-#include "daemon/app/callers.hpp"
-#include "daemon/app/news.hpp"
-#include "daemon/app/run_starter.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/queue/hazard.hpp"
 #include "daemon/queue/host.hpp"
 #include "daemon/queue/plans.hpp"
-#include "daemon/queue/runner.hpp"
 
 namespace lcrig {
+
+class Callers;
+class News;
+class QueueRunner;
+class RunStarter;
+class Session;
+struct Plan;
+struct PreparedRun;
+struct RunEvent;
 
 class QueueTurns final : public QueueHost {
  public:
@@ -28,25 +35,23 @@ class QueueTurns final : public QueueHost {
     Callers& callers;
     News& news;
   };
-  QueueTurns(asio::any_io_executor executor, Clock& clock, const Parts& parts)
-      : executor_(std::move(executor)), clock_(clock), parts_(parts) {}
+  QueueTurns(asio::any_io_executor executor, Clock& clock, const Parts& parts);
+  ~QueueTurns() override;
 
   // Call when the database is open. Before that there is no queue; a rehearsal of a single run
   // never has one.
   Result<> open();
   QueueRunner* runner() const { return runner_.get(); }
   Task<> run();  // until the runner has ended
-  bool goes() const { return runner_ && runner_->goes(); }
-  bool over() const { return !runner_ || runner_->over(); }
+  bool goes() const;
+  bool over() const;
   // Claims the rig for a person. Errors: busy, with `if_it_goes`, because a queue that goes lets
   // nobody else use the rig.
   Task<Result<>> claim_for_person(RigUse::State state, std::string if_it_goes);
   // Call when the use of the rig has changed.
-  void wake() {
-    if (goes()) runner_->wake();
-  }
+  void wake();
   // Takes an event of any run, whoever asked for it.
-  void note(const RunEvent& event) { hazards_.take(hazard_of(event.kind)); }
+  void note(const RunEvent& event);
   // Checked by RunStarter before a run begins: refuses to command other instruments than those of
   // the queue's earlier runs.
   Result<> may_begin(const Session& session);
@@ -56,10 +61,8 @@ class QueueTurns final : public QueueHost {
   Task<TurnEnd> take_turn(TurnOfQueue turn) override;
   double left_s() const override;
   void forget_identities() override;
-  Task<std::string> name_of(const PeerCredentials& peer) override {
-    return parts_.callers.name_of(peer);
-  }
-  void queue_changed(const QueueStatus& status) override { parts_.news.queue_changed(status); }
+  Task<std::string> name_of(const PeerCredentials& peer) override;
+  void queue_changed(const QueueStatus& status) override;
 
  private:
   Task<Result<Plan>> plan_on_rig(const RunRequest& run, const PreparedRun& prepared, PlanOn on);

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/rig_use.hpp"
 
+#include "daemon/session.hpp"
+#include "protocols/run/run.hpp"
+
 namespace lcrig {
 
 using namespace std::chrono_literals;
+
+RigUse::RigUse(Clock& clock) : clock_(clock), changed_(clock) {}
+
+RigUse::~RigUse() = default;
 
 Task<Result<>> RigUse::claim(State state) {
   const MonoTime patience = clock_.now() + 30s;
@@ -52,6 +59,10 @@ void RigUse::give_back() {
 void RigUse::take(std::unique_ptr<Session> session) {
   session_ = std::move(session);
   changed_.notify_all();
+}
+
+Run* RigUse::live_run() const {
+  return session_ && state_ != State::stopping ? session_->run() : nullptr;
 }
 
 Result<Run*> RigUse::running() const {

@@ -9,10 +9,16 @@
 #include <utility>
 
 #include "base/condition.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 #include "daemon/run_request.hpp"
-#include "daemon/session.hpp"
+#include "protocols/run/interrupts.hpp"
 
 namespace lcrig {
+
+class Run;
+class Session;
 
 class RigUse {
  public:
@@ -32,7 +38,8 @@ class RigUse {
                                     // notified
   };
 
-  explicit RigUse(Clock& clock) : clock_(clock), changed_(clock) {}
+  explicit RigUse(Clock& clock);
+  ~RigUse();
   void set_listener(Listener listener) { listener_ = std::move(listener); }
 
   // Claims the instruments once it is known whether they are free. The caller must give them back,
@@ -51,9 +58,7 @@ class RigUse {
   // Takes the session of the part that claimed the instruments.
   void take(std::unique_ptr<Session> session);
   Session* session() const { return session_.get(); }  // nullptr: there is none yet
-  Run* live_run() const {
-    return session_ && state_ != State::stopping ? session_->run() : nullptr;
-  }
+  Run* live_run() const;
   // Errors: invalid_request when there is no run; not_standing when the last one left the frame
   // moving.
   Result<Run*> running() const;

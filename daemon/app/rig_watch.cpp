@@ -10,6 +10,11 @@
 #include <thread>
 
 #include "base/clock.hpp"
+#include "daemon/app/database_writes.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/record/recorder.hpp"
+#include "daemon/rig/instruments.hpp"
+#include "daemon/rig/known.hpp"
 #include "daemon/run_words.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"

@@ -5,15 +5,21 @@
 // Owned by App.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
-#include "daemon/app/database_writes.hpp"
-#include "daemon/app/rig_use.hpp"
-#include "daemon/record/recorder.hpp"
-#include "daemon/rig/known.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
+
+class Database;
+class DatabaseWrites;
+class InstrumentFactory;
+class KnownRig;
+class Recorder;
+class RigUse;
 
 // False when the protocol of the run does not command the frame. A protocol that cannot be read
 // counts as commanding it.

@@ -7,9 +7,18 @@
 
 #include "base/aside.hpp"
 #include "base/text.hpp"
+#include "daemon/app/callers.hpp"
+#include "daemon/app/database_writes.hpp"
+#include "daemon/app/queue_turns.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/app/run_starter.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/control/audit.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "daemon/run_words.hpp"
+#include "daemon/session.hpp"
+#include "protocols/plan/plan.hpp"
+#include "protocols/run/run.hpp"
 #include "storage/database.hpp"
 
 namespace lcrig {

@@ -6,13 +6,16 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <string>
 
-#include "daemon/app/callers.hpp"
-#include "daemon/app/database_writes.hpp"
-#include "daemon/app/queue_turns.hpp"
-#include "daemon/app/run_starter.hpp"
 #include "daemon/control/handler.hpp"
 
 namespace lcrig {
+
+class Callers;
+class DatabaseWrites;
+class InstrumentFactory;
+class QueueTurns;
+class RigUse;
+class RunStarter;
 
 class RunRequests final : public RunHandler {
  public:

@@ -9,8 +9,17 @@
 #include "base/name_rule.hpp"
 #include "base/spawn.hpp"
 #include "base/text.hpp"
+#include "daemon/app/database_writes.hpp"
+#include "daemon/app/news.hpp"
+#include "daemon/app/rig_use.hpp"
 #include "daemon/continuation.hpp"
+#include "daemon/queue/plans.hpp"
+#include "daemon/rig/instruments.hpp"
+#include "daemon/rig/known.hpp"
+#include "daemon/session.hpp"
 #include "model/specimen_file.hpp"
+#include "protocols/plan/plan.hpp"
+#include "protocols/run/run.hpp"
 #include "storage/database.hpp"
 #include "storage/specimens.hpp"
 
@@ -126,7 +135,7 @@ Task<Result<RunStarted>> RunStarter::start(Result<PreparedRun> prepared) {
   co_return started;
 }
 
-Session::Listener RunStarter::listener() {
+void RunStarter::listen_to(Session& session) {
   Session::Listener out;
   out.events = [this](const std::vector<RunEvent>& events) {
     for (const RunEvent& event : events) parts_.news.event(event);
@@ -136,7 +145,7 @@ Session::Listener RunStarter::listener() {
     auto going = parts_.use.may_go_on();
     return going && guard_ ? guard_(*parts_.use.session()) : going;
   };
-  return out;
+  session.set_listener(std::move(out));
 }
 
 // If it fails, nothing has moved.
@@ -144,7 +153,7 @@ Task<Result<RunStarted>> RunStarter::open(PreparedRun prepared) {
   auto made = co_await make_session(std::move(prepared), LearnedBy::start);
   if (!made) co_return fail(made.error());
   Session& session = *parts_.use.session();
-  session.set_listener(listener());
+  listen_to(session);
   auto run = co_await session.open();
   if (!run) {
     stranger_ = session.stranger();

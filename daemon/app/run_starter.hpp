@@ -10,13 +10,22 @@
 #include <string>
 #include <vector>
 
-#include "daemon/app/database_writes.hpp"
-#include "daemon/app/news.hpp"
-#include "daemon/app/rig_use.hpp"
-#include "daemon/queue/plans.hpp"
-#include "daemon/rig/known.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
+#include "daemon/control/messages.hpp"
 
 namespace lcrig {
+
+class DatabaseWrites;
+class InstrumentFactory;
+class KnownRig;
+class News;
+class QueuePlans;
+class Recorder;
+class RigUse;
+class Session;
+struct Plan;
+struct PreparedRun;
 
 class RunStarter {
  public:
@@ -57,7 +66,7 @@ class RunStarter {
  private:
   Task<Result<Plan>> preview(RunRequest request);
   Task<Result<>> make_session(PreparedRun prepared, LearnedBy why);
-  Session::Listener listener();
+  void listen_to(Session& session);
   Task<Result<RunStarted>> open(PreparedRun prepared);
   Task<> run_to_its_end();
   Task<> stop_until_it_stands(RunOutcome ended);

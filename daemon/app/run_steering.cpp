@@ -5,6 +5,15 @@
 
 #include <utility>
 
+#include "daemon/app/callers.hpp"
+#include "daemon/app/queue_turns.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/queue/runner.hpp"
+#include "daemon/record/recorder.hpp"
+#include "daemon/rig/operator.hpp"
+#include "daemon/session.hpp"
+#include "protocols/run/run.hpp"
+
 namespace lcrig {
 
 using namespace std::chrono_literals;

@@ -7,13 +7,18 @@
 #include <memory>
 #include <string>
 
-#include "daemon/app/callers.hpp"
-#include "daemon/app/queue_turns.hpp"
-#include "daemon/app/rig_use.hpp"
 #include "daemon/control/handler.hpp"
-#include "daemon/rig/operator.hpp"
+#include "protocols/run/planned_stops.hpp"
 
 namespace lcrig {
+
+class Callers;
+class QueueTurns;
+class Recorder;
+class RemoteOperator;
+class RigUse;
+class Run;
+enum class Interrupt;
 
 class RunSteering final : public SteeringHandler {
  public:

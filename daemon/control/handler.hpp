@@ -11,12 +11,12 @@
 #include "base/task.hpp"
 #include "daemon/control/config_view.hpp"
 #include "daemon/control/messages.hpp"
-#include "protocols/plan/plan.hpp"
 #include "storage/corrections.hpp"
 
 namespace lcrig {
 
 class QueueHandler;
+struct Plan;
 
 // Calls of one or several clients may overlap: a stop never waits for a start that is still
 // preparing. A task is not cancelled when its client disconnects.

@@ -11,6 +11,7 @@
 #include "daemon/control/fields.hpp"
 #include "daemon/control/queue_handler.hpp"
 #include "daemon/control/queue_messages.hpp"
+#include "protocols/plan/plan.hpp"
 
 namespace lcrig {
 

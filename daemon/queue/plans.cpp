@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/reopening.hpp"
+#include "protocols/plan/plan.hpp"
 #include "storage/row_hash.hpp"
 
 namespace lcrig {

@@ -11,9 +11,10 @@
 #include "daemon/control/queue_handler.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "protocols/plan/check.hpp"
-#include "protocols/plan/plan.hpp"
 
 namespace lcrig {
+
+struct Plan;
 
 class QueuePlans {
  public:

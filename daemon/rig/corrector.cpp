@@ -4,9 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include "base/aside.hpp"
+#include "base/clock.hpp"
 #include "base/text.hpp"
 #include "daemon/control/audit.hpp"
 #include "daemon/record/room.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "daemon/rig/known.hpp"
 #include "storage/database.hpp"
 

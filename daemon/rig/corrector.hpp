@@ -8,12 +8,16 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "base/task.hpp"
 #include "daemon/control/messages.hpp"
-#include "daemon/rig/instruments.hpp"
+#include "drivers/lcr_meter.hpp"
 #include "storage/corrections.hpp"
 
 namespace lcrig {
+
+class InstrumentFactory;
+class KnownRig;
 
 // The name of a meter, whatever its firmware: "LCR-6100 GEZ883880".
 std::string meter_name(const Identity& identity);

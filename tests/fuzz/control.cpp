@@ -7,6 +7,7 @@
 
 #include "base/clock.hpp"
 #include "daemon/control/dispatch.hpp"
+#include "protocols/plan/plan.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace lcrig::fuzz {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "daemon/app.hpp"
+#include "daemon/session.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/faulty_disk.hpp"

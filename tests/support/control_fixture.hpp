@@ -11,6 +11,7 @@
 
 #include "base/clock.hpp"
 #include "daemon/control/handler.hpp"
+#include "protocols/plan/plan.hpp"
 
 namespace lcrig::support {
 

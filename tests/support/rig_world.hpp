@@ -20,6 +20,7 @@
 #include "daemon/session.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/memory_pipe.hpp"
+#include "protocols/run/run.hpp"
 #include "storage/database.hpp"
 #include "tests/support/replayed.hpp"
 #include "tests/support/rig_instruments.hpp"

@@ -13,9 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "daemon/rig/instruments.hpp"
 #include "daemon/rig/sim.hpp"
 #include "daemon/session.hpp"
 #include "model/specimen_file.hpp"
+#include "protocols/run/run.hpp"
 #include "storage/database.hpp"
 #include "tests/support/replayed.hpp"
 #include "tests/support/temp_dir.hpp"

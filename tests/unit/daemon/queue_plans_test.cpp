@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/control/queue_messages.hpp"
+#include "protocols/plan/plan.hpp"
 
 namespace lcrig {
 namespace {

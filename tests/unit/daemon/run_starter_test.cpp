@@ -8,6 +8,7 @@
 
 #include "daemon/app/queue_turns.hpp"
 #include "daemon/app/run_steering.hpp"
+#include "daemon/rig/operator.hpp"
 #include "tests/support/app_parts.hpp"
 
 namespace lcrig::support {
