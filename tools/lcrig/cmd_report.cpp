@@ -4,20 +4,19 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "analysis/report/batch.hpp"
 #include "analysis/report/report.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
-#include "daemon/replayed_watch.hpp"
 #include "tools/lcrig/analysis_arguments.hpp"
 #include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/run_database.hpp"
+#include "tools/lcrig/watch_picture.hpp"
 
 namespace lcrig::cli {
 
@@ -161,22 +160,6 @@ class ReportCommand final : public Command {
       if (runs_.size() == 1) run->watch = watch_picture(*db, *number);
       out.push_back(std::move(*run));
     }
-    return out;
-  }
-
-  // A run whose inputs this program cannot read has no picture.
-  static std::optional<WatchPicture> watch_picture(const Database& db, std::int64_t run) {
-    const auto motion = watched_motion(db, run);
-    if (!motion || !*motion) return std::nullopt;
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    WatchPicture out;
-    for (const WatchedMotion::Point& p : (*motion)->points) {
-      out.travel_mm.push_back(p.travel_mm);
-      out.force_N.push_back(p.force_N);
-      out.low_N.push_back(p.low_N.value_or(kNone));
-      out.high_N.push_back(p.high_N.value_or(kNone));
-    }
-    out.outside = (*motion)->outside;
     return out;
   }
 
