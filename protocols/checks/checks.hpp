@@ -17,6 +17,7 @@ Found ahead_of_order(const RigState& rig, const Sight& sight);
 Found moves_at_standstill(const RigState& rig, const Sight& sight);
 Found stalls(const RigState& rig, const Sight& sight);
 Found loop_without_force(const RigState& rig, const Sight& sight);
+Found loop_runs_away(const RigState& rig, const Sight& sight);
 // force.cpp
 Found force_falls(const RigState& rig, const Sight& sight);
 Found force_too_small(const RigState& rig, const Sight& sight);

@@ -32,8 +32,8 @@ Found force_too_small(const RigState& rig, const Sight& sight) {
       "the force does not follow the way into the specimen: {:.4f} N at {:.4f} mm beyond contact, "
       "which was {:.3g} N/mm stiff when it was found and should show {:.3g} N at least; the load "
       "cell shows too little, or the specimen gave way",
-      *force_N - rig.frame.order.zero_N, (*travel_m - contact.travel_m) * 1e3,
-      contact.stiffness_N_m * 1e-3, edge->value() - rig.frame.order.zero_N);
+      *force_N - rig.course.pressed.zero_N, (*travel_m - contact.travel_m) * 1e3,
+      contact.stiffness_N_m * 1e-3, edge->value() - rig.course.pressed.zero_N);
 }
 
 Found force_rises(const RigState& rig, const Sight& sight) {

@@ -64,6 +64,8 @@ constexpr std::array kChecks{
           Response::lock_out, kContradiction, stalls},
     Check{"loop_without_force", kMoves, "the way of a force loop, and the force on it",
           Doubt::force, Response::stop_and_retreat, kContradiction, loop_without_force},
+    Check{"loop_runs_away", kMoves, "the way of a force loop, and its distance from its set point",
+          Doubt::drive, Response::lock_out, kContradiction, loop_runs_away},
     Check{"sign_changed", kCommanded, "a force below its limit, and the one before", Doubt::force,
           Response::stop_and_retreat, kContradiction, sign_changed},
     Check{"pulls_without_retreat", kCommanded, "a force below its limit, and the direction",

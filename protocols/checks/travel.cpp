@@ -62,24 +62,36 @@ Found moves_at_standstill(const RigState& rig, const Sight& sight) {
 
 Found stalls(const RigState& rig, const Sight& /*sight*/) {
   const auto& idle = rig.course.last_idle;
-  if (rig.course.idle < kQuarters.count() || idle.moves) return std::nullopt;
-  const double speed_m_s = rig.frame.order.speed_m_s;
+  if (rig.course.idle < kQuarters.count() || rig.frame.order.direction == 0) return std::nullopt;
   return fmt::format(
       "the frame does not move as it was told to, and does not say that it stands: {:.4f} mm in "
-      "the last {:.1f} s{}",
-      idle.way_m * 1e3, idle.seconds,
-      speed_m_s > 0 ? fmt::format(", where {:.4g} mm/s were ordered", speed_m_s * 1e3)
-                    : std::string());
+      "the last {:.1f} s, where {:.4g} mm/s were ordered",
+      idle.way_m * 1e3, idle.seconds, rig.frame.order.speed_m_s * 1e3);
 }
 
+// Whether it is the cell or the drive that does nothing: a retreat shows it.
 Found loop_without_force(const RigState& rig, const Sight& sight) {
   const auto& idle = rig.course.last_idle;
-  if (rig.course.idle < kQuarters.count() || !idle.moves || !sight.sample.force_N)
-    return std::nullopt;
+  const bool is_loop = rig.frame.order.direction == 0;
+  if (rig.course.idle < kQuarters.count() || !is_loop || !sight.sample.force_N) return std::nullopt;
   return fmt::format(
-      "the force loop goes on, {:.4f} mm in the last {:.1f} s, and the force does not follow: "
-      "{:.4f} N; the load cell shows too little, or the specimen gave way",
-      idle.way_m * 1e3, idle.seconds, *sight.sample.force_N);
+      "the force loop {}, {:.4f} mm in the last {:.1f} s, and the force does not follow: {:.4f} N, "
+      "where {:.4g} N/s were ordered; the load cell shows too little, the specimen gave way, or "
+      "the "
+      "drive stands",
+      idle.moves ? "goes on" : "does not move", idle.way_m * 1e3, idle.seconds,
+      *sight.sample.force_N, rig.frame.order.rate_N_s);
+}
+
+Found loop_runs_away(const RigState& rig, const Sight& sight) {
+  const auto& loop = rig.course.loop;
+  if (!loop || !sight.sample.force_N || loop->wrong_m <= rig.still_m()) return std::nullopt;
+  return fmt::format(
+      "the force loop runs against the command: {:.4f} mm {} the specimen at {:.4f} N, where "
+      "{:.4f} "
+      "N were ordered",
+      loop->wrong_m * 1e3, loop->direction > 0 ? "away from" : "towards", *sight.sample.force_N,
+      *rig.frame.order.to_N);
 }
 
 }  // namespace lcrig::checks

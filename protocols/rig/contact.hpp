@@ -27,6 +27,7 @@ struct Contact {
     double travel_m, force_N, stiffness_N_m;
     double deepest_m;  // largest travel in this run
     double deepest_N;  // last force at that travel, beyond zero
+    void zero_travel(double zero_m) { travel_m -= zero_m, deepest_m -= zero_m; }
     // The least stiffness where this travel lies beyond contact; else 0.
     double stiffness_at_N_m(double x_m) const { return x_m > travel_m ? stiffness_N_m : 0; }
   };

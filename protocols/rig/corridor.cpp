@@ -47,7 +47,7 @@ Edge least_rise(const Depth& at) {
   const double elastic_N = at.contact.stiffness_N_m * (at.travel_m - at.from_m());
   const double near_N = std::min(elastic_N, at.near_N());
   Edge edge("contact");
-  edge.add("zero of the cell", at.rig.frame.order.zero_N)
+  edge.add("zero of the cell", at.pressed.zero_N)
       .add("force at the start", at.pressed.base_N)
       .add("relaxation", -at.relaxed_N())
       .add("least stiffness, near", kStiffNear * near_N)
@@ -63,7 +63,7 @@ std::optional<Edge> least_since_best(const Depth& at) {
   const double way_m = kBrakes * at.rig.frame.order.speed_m_s * to_seconds(p.last - p.best_at);
   if (at.travel_m - p.best_m < way_m) return std::nullopt;  // it brakes, while the force relaxes
   Edge edge("contact, since the largest force");
-  edge.add("zero of the cell", at.rig.frame.order.zero_N)
+  edge.add("zero of the cell", p.zero_N)
       .add("largest force, less its rise", *p.best_N)
       .add("least stiffness, far", kStiffFar * at.contact.stiffness_N_m * (at.travel_m - p.crept_m))
       .add("relaxation", -at.relaxed_N());
@@ -152,6 +152,12 @@ std::optional<Edge> edge_in_contact(const RigState& rig, MonoTime t, double trav
 bool is_in_contact(const RigState& rig, MonoTime t, double travel_m) {
   return rig.contact.least &&
          Depth{rig, rig.course.pressed, *rig.contact.least, t, travel_m}.is_in();
+}
+
+bool is_clear_of_contact(const RigState& rig, MonoTime t, double travel_m) {
+  const Contact::Least& c = *rig.contact.least;
+  const double thermal_m = kThermal_m_s * to_seconds(t - c.since);
+  return travel_m < c.travel_m - rig.contact.depth_m - kStanding_m - thermal_m;
 }
 
 std::optional<Edge> edge_of_retreat(const RigState& rig, MonoTime t) {

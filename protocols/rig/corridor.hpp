@@ -68,6 +68,9 @@ std::optional<Edge> edge_of_retreat(const RigState& rig, MonoTime t);
 // Whether this travel certainly lies in the contact, from where the force has to rise.
 bool is_in_contact(const RigState& rig, MonoTime t, double travel_m);
 
+// Whether nothing can press at this travel: well above a contact whose least stiffness is known.
+bool is_clear_of_contact(const RigState& rig, MonoTime t, double travel_m);
+
 // The travel by which a motion that starts now must have reached `force_N`; nullopt: unknown.
 std::optional<double> furthest_m(const RigState& rig, MonoTime now, double force_N);
 

@@ -81,6 +81,7 @@ void RigState::see_moving(const FrameSample& s) {
       see_pressed(s);
     }
   }
+  if (s.travel_m && s.force_N && trust.force) see_loop(s);
   if (s.travel_m && s.force_N) see_progress(s);
 }
 
@@ -121,7 +122,7 @@ void RigState::see_pressed(const FrameSample& s) {
   if (!contact.least) return;
   Contact::Least& c = *contact.least;
   Course::Pressed& p = course.pressed;
-  const double travel_m = *s.travel_m, felt_N = *s.force_N - frame.order.zero_N;
+  const double travel_m = *s.travel_m, felt_N = *s.force_N - p.zero_N;
   const double creep_s = kCreep_s * (frame.order.holds ? kHeldCreep : 1);
   const double crept_m =
       creep_s * std::max(0.0, felt_N) / c.stiffness_N_m * to_seconds(s.received - p.last);
@@ -131,8 +132,9 @@ void RigState::see_pressed(const FrameSample& s) {
   if (travel_m > c.deepest_m) c.deepest_m = travel_m, c.deepest_N = felt_N;
   const double tolerance_N = tolerances.order_force_N + frame.order.loop_N +
                              frame.order.drift_N_s * to_seconds(s.received - frame.since);
-  const bool presses = is_in_contact(*this, s.received, travel_m) || p.best_N ||
-                       felt_N >= std::max(c.force_N, 2 * tolerance_N);
+  const bool feels = felt_N >= std::max(c.force_N, 2 * tolerance_N) &&
+                     !is_clear_of_contact(*this, s.received, travel_m);
+  const bool presses = is_in_contact(*this, s.received, travel_m) || p.best_N || feels;
   if (presses) {
     const double beyond_N = felt_N - kStiffFar * c.stiffness_N_m * (travel_m - p.crept_m);
     const double surely_N = std::min(beyond_N, p.beyond_N.value_or(beyond_N));  // ignores a spike
@@ -152,6 +154,25 @@ void RigState::see_deepest(double travel_m, double force_N) {
   if (!contact.least || travel_m < contact.least->deepest_m - kPlace_m) return;
   contact.least->deepest_m = std::max(contact.least->deepest_m, travel_m);
   contact.least->deepest_N = force_N - frame.order.zero_N;
+}
+
+// A force loop that is further from its set point than its ripple, its lag and the noise explain
+// moves towards it.
+void RigState::see_loop(const FrameSample& s) {
+  const Order& order = frame.order;
+  if (order.direction != 0 || !order.to_N) return;
+  const double seconds = to_seconds(s.received - frame.since);
+  const double way_N = *order.to_N - order.force_N;
+  const double part_N =
+      order.holds ? std::abs(way_N) : std::min(order.rate_N_s * seconds, std::abs(way_N));
+  const double off_N = order.force_N + std::copysign(part_N, way_N) - *s.force_N;
+  const double tolerance_N =
+      tolerances.order_force_N + order.loop_N + order.against_N + order.drift_N_s * seconds;
+  if (std::abs(off_N) <= tolerance_N) return course.loop.reset();
+  const double direction = std::copysign(1, off_N), there_m = direction * *s.travel_m;
+  if (!course.loop || course.loop->direction != direction) course.loop = {direction, there_m, 0};
+  course.loop->furthest_m = std::max(course.loop->furthest_m, there_m);
+  course.loop->wrong_m = course.loop->furthest_m - there_m;
 }
 
 void RigState::see_progress(const FrameSample& s) {

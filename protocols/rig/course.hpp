@@ -48,6 +48,12 @@ struct Course {
     MonoTime t;
     double travel_m, force_N;
   };
+  struct Loop {  // the force loop is off its set point, and has to move towards it
+    double direction = 0;  // +1: towards the specimen
+    double furthest_m = 0;  // in that direction
+    double wrong_m = 0;  // from there, against it
+  };
+  std::optional<Loop> loop;
   std::optional<Mark> progress;  // start of the current part of the time for progress
   int idle = 0;  // consecutive parts without progress
   struct Idle {
@@ -61,6 +67,7 @@ struct Course {
     double start_N = 0;  // beyond zero
     std::optional<double> relaxes_N_s;  // observed before it; nullopt: not observed
     double base_m = 0, base_N = 0;  // travel and force from which the force has to rise
+    double zero_N = 0;  // of the cell; what it showed at the start, if nothing could press there
     bool is_loaded = false;  // it started under load
     double crept_m = 0;
     // The force beyond the least rise: the last, and the largest, when and where it was.

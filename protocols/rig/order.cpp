@@ -16,6 +16,7 @@ WatchInputEvent to_input(const Order& m) {
   e.drift_N_s = m.drift_N_s;
   e.waver_N = m.loop_N;
   e.target_m = m.target_m;
+  e.threshold_N = m.to_N;
   e.holds = m.holds;
   e.worst_N = m.worst_N;
   return e;
@@ -34,6 +35,7 @@ Order order_of(const WatchInputEvent& e) {
   m.drift_N_s = e.drift_N_s.value_or(0);
   m.loop_N = e.waver_N.value_or(0);
   m.target_m = e.target_m;
+  m.to_N = e.threshold_N;
   m.holds = e.holds.value_or(false);
   m.worst_N = e.worst_N;
   return m;

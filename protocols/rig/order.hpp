@@ -23,6 +23,7 @@ struct Order {
   double against_N = 0, drift_N_s = 0;
   double loop_N = 0;  // by which a force loop varies the force, to either side
   std::optional<double> target_m;  // end of the motion; a servo may overshoot it and come back
+  std::optional<double> to_N;  // of a force loop: the end of its ramp, or what it holds
   bool holds = false;  // holds a force until the next order
   // The largest force that was predicted for it; nullopt: it does not press. The cell may show it
   // only some time after the frame stands.

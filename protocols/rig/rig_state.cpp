@@ -111,9 +111,10 @@ Order RigState::order_now(double direction, double speed_m_s, double measured_no
   return m;
 }
 
-Order RigState::hold_now(double measured_noise_N) const {
+Order RigState::hold_now(double force_N, double measured_noise_N) const {
   Order m = order_now(0, 0, measured_noise_N);
   m.holds = true;
+  m.to_N = force_N;
   if (const auto& loop = facts.frame.force_loop) m.loop_N = loop->ripple.si();
   return m;
 }
@@ -247,12 +248,16 @@ void RigState::start(const Order& order, MonoTime at) {
   course.fallen = 0;
   course.progress.reset();
   course.idle = 0;
+  course.loop.reset();
   start_pressing(at);
 }
 
 void RigState::start_pressing(MonoTime at) {
   Course::Pressed& p = course.pressed;
-  p.start_N = frame.order.force_N - frame.order.zero_N;
+  const bool is_clear = contact.least && course.last_travel_m &&
+                        is_clear_of_contact(*this, at, *course.last_travel_m);
+  p.zero_N = is_clear ? frame.order.force_N : frame.order.zero_N;
+  p.start_N = frame.order.force_N - p.zero_N;
   p.start = p.last = at;
   p.too_small = 0;
   p.crept_m = 0;
@@ -348,7 +353,8 @@ void RigState::zero_force(MonoTime at, const WatchInputEvent& e) {
 
 // This travel becomes 0, and the contact has to be found again.
 void RigState::zero_travel(double travel_m, MonoTime at) {
-  contact.forget();
+  contact.travel_m.reset();
+  if (contact.least) contact.least->zero_travel(travel_m);  // the specimen is where it was
   limits.zero_travel(travel_m);
   frame.caps = with_zero_at(frame.caps, travel_m);
   frame.zero_m += travel_m;
@@ -380,7 +386,7 @@ std::optional<std::string> RigState::broken_invariant() const {
   if (!trust.force && limits.force_max_N < facts.frame.force_max.si()) {
     return "the force is invalid, and limits it all the same";
   }
-  if (contact.least && !contact.travel_m) return "a stiffness is known, and no place of contact";
+  if (contact.least && !(contact.least->stiffness_N_m > 0)) return "a contact without a stiffness";
   if (frame.motion == FrameMotion::moving && !is_watched()) {
     return "a frame moves that this run does not move";
   }

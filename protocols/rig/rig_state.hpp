@@ -122,7 +122,7 @@ class RigState {
   // An order that starts now, with its tolerances. `measured_noise_N`: of the force in the last
   // rest measurement; a frame that hunts in contact shows more than the noise of its cell.
   Order order_now(double direction, double speed_m_s, double measured_noise_N) const;
-  Order hold_now(double measured_noise_N) const;  // of a force, by the frame's loop
+  Order hold_now(double force_N, double measured_noise_N) const;  // by the frame's loop
 
  private:
   void start(const Order& order, MonoTime at);
@@ -151,6 +151,7 @@ class RigState {
   void see_standing(const FrameSample& sample);
   void see_order_force(MonoTime t, double force_N);
   void see_pressed(const FrameSample& sample);
+  void see_loop(const FrameSample& sample);
   void see_progress(const FrameSample& sample);
   void see_relaxation(MonoTime t, double force_N);
   void see_jump(const FrameSample& sample);

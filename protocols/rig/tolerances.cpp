@@ -42,6 +42,11 @@ Tolerances tolerances_of(const FrameCapabilities& caps, const ForceBound& bound,
   const double bearable_m = stiffness > 0 ? kStandingPart * limit_N / stiffness : kStanding_m.value;
   f.standing_m = std::clamp(bearable_m, kHunting_m.value, kStanding_m.value) + wanders_m;
   f.order_travel_m = kStanding_m + wanders_m;
+  if (caps.travel_step) {
+    const double step_m = kTravelSteps * caps.travel_step->si();
+    for (double* allowed_m : {&f.against_m, &f.standing_m})
+      *allowed_m = std::max(*allowed_m, step_m);
+  }
   f.settled_s = rate_Hz > 0 ? std::max(kSilent_s.value, kSilentPeriods / rate_Hz) : kSilent_s.value;
   f.contact_force_N = kNoiseSigmas * noise_N;
   const double sure_N = scatter ? std::max(scatter->sure_noise_N(), noise_N) : noise_N;

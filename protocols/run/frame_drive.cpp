@@ -179,7 +179,7 @@ Task<Result<>> FrameDrive::hold_travel() {
 
 Task<Result<>> FrameDrive::hold_force(double force_N) {
   if (auto may = may_move(); !may) co_return may;
-  watch_.order(rig_.hold_now(meter_.noise_N()));
+  watch_.order(rig_.hold_now(force_N, meter_.noise_N()));
   note_order(0);
   co_return co_await setup_.frame.hold_force(Force::from_si(force_N));
 }

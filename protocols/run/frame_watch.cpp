@@ -20,8 +20,9 @@ WatchInputEvent with_noise(WatchInput what, std::optional<double> force_N, doubl
 FrameWatch::FrameWatch(RigFacts facts, std::optional<Forecast> forecast, Hooks hooks)
     : rig_(std::move(facts), std::move(forecast)), hooks_(std::move(hooks)) {}
 
-std::vector<Finding> FrameWatch::add(const FrameSample& sample) {
+std::vector<Finding> FrameWatch::add(FrameSample sample) {
   ++samples_;
+  if (sample.force_N) *sample.force_N += 0.0;  // a database has no -0, and the words are compared
   const std::optional<ForceComparison> compared = rig_.apply(sample);
   check_invariants();
   return find(rig_, Sight{sample, compared});

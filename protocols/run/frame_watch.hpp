@@ -31,7 +31,7 @@ class FrameWatch {
 
   const RigState& rig() const { return rig_; }
   // Takes a sample, and returns what the checks find in it.
-  std::vector<Finding> add(const FrameSample& sample);
+  std::vector<Finding> add(FrameSample sample);
   // While the flag lives, inputs follow from the last sample.
   ScopedFlag answer_sample() { return ScopedFlag(answering_); }
 

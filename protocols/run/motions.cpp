@@ -98,7 +98,7 @@ void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
   watch_.motion_stood(outcome);
   const bool holds = order.motion.direction == 0 && outcome.reason == MotionEnd::target;
   if (holds) {
-    watch_.order(rig_.hold_now(meter_.noise_N()));
+    watch_.order(rig_.hold_now(order.force_N.value_or(0), meter_.noise_N()));
   } else {
     watch_.stand(outcome.travel_m);
   }
@@ -264,6 +264,7 @@ Task<Result<>> Motions::ramp_to_force(double force_N, double rate_N_s, TimeLimit
   if (!permit) co_return refused(permit.error());
   MotionOrder order = order_of(force_N, 0, 0);
   order.motion.rate_N_s = rate_N_s;
+  order.motion.to_N = force_N;
   if (const auto& loop = setup_.frame.capabilities().force_loop) {
     order.motion.speed_m_s = loop->approach.si();
     order.loop_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);

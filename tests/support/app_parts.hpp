@@ -19,6 +19,7 @@
 #include "daemon/app/rig_use.hpp"
 #include "daemon/app/run_starter.hpp"
 #include "daemon/control/server.hpp"
+#include "daemon/queue/plans.hpp"
 #include "daemon/record/recorder.hpp"
 #include "daemon/rig/sim.hpp"
 #include "daemon/service.hpp"

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/session.hpp"
 #include "storage/copy_runs.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"

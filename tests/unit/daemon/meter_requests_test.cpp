@@ -2,9 +2,11 @@
 // Requests by people about the corrections of the meter: who may have the rig meanwhile, and that
 // it is given back.
 #include "daemon/app/meter_requests.hpp"
+#include "daemon/app/queue_turns.hpp"
 
 #include <gmock/gmock.h>
 
+#include "daemon/queue/runner.hpp"
 #include "daemon/rig/operator.hpp"
 #include "tests/support/app_parts.hpp"
 

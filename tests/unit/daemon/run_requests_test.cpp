@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests by people to begin a run, to continue one or to look at the rig, while there is a queue.
 #include "daemon/app/run_requests.hpp"
+#include "daemon/app/queue_turns.hpp"
 
 #include <gmock/gmock.h>
 

@@ -456,6 +456,37 @@ TEST(Checks, AFrameThatIsFasterThanOrderedIsAheadOfTheOrder) {
   }
 }
 
+// A force loop from 0.6 N to another force, at 0.1 N/s. The frame moves by `way_m_s`, and the cell
+// shows what a contact of 10 N/mm does then.
+std::optional<std::string_view> found_in_loop(double to_N, double way_m_s, bool holds = false) {
+  WatchedFrame frame;
+  Order m;
+  m.speed_m_s = 1e-4;
+  m.rate_N_s = holds ? 0 : 0.1;
+  m.force_N = 0.6;
+  m.to_N = to_N;
+  m.against_N = 0.02;
+  m.holds = holds;
+  frame.order(m);
+  const auto after = frame.until_found(
+      3, [way_m_s](double s) { return Place(1e-3 + way_m_s * s, 0.6 + 1e4 * way_m_s * s); });
+  return after ? std::optional(frame.found->check->name) : std::nullopt;
+}
+
+TEST(Checks, AForceLoopThatRunsAwayFromItsSetPointIsFoundInEitherDirection) {
+  EXPECT_EQ(found_in_loop(1, -1e-5), "loop_runs_away");
+  EXPECT_EQ(found_in_loop(0.2, 1e-5), "loop_runs_away");
+  EXPECT_EQ(found_in_loop(1, -1e-5, true), "loop_runs_away");
+  EXPECT_FALSE(found_in_loop(1, 1e-5)) << "as ordered";
+  EXPECT_FALSE(found_in_loop(0.2, -1e-5)) << "as ordered";
+  EXPECT_FALSE(found_in_loop(0.6, 1e-7, true)) << "it holds, and hunts a little";
+}
+
+// Whether the cell or the drive does nothing, nobody can tell: a retreat shows it.
+TEST(Checks, AForceLoopThatStandsLeavesTheRetreatOpen) {
+  EXPECT_EQ(found_in_loop(1, 0), "loop_without_force");
+}
+
 // The words of the table are unique, and every response has a doubt that explains it.
 TEST(Checks, TheTableSaysWhatFollows) {
   std::set<std::string_view> names;

@@ -145,6 +145,7 @@ TEST(Corridor, AGainThatFellToATenthIsNoticedNearContact) {
 // A hundred micrometres in an hour under a held force: the frame only follows the specimen.
 TEST(Corridor, AForceThatIsHeldMayCreep) {
   Pressed p;
+  p.step(1e-3 + 4.5e-6, 0.5);
   p.start(0.5, 1e-3, true);
   EXPECT_FALSE(p.press(4.5e-6, 105e-6, 100e-6 / 3600, [](double, double) { return 0.5; }));
   p.start(0.5, 1e-3, true);
@@ -160,6 +161,29 @@ TEST(Corridor, AFrameThatBrakesIsPressingNoDeeper) {
   EXPECT_FALSE(p.press(50e-6, 50.5e-6, 1e-6, [&](double, double s) {
     return most_N * (0.2 + 0.8 * std::exp(-s / 0.1));
   })) << *p.why;
+}
+
+// Millimetres above the contact a force is the drift of the cell, and no depth is counted from it.
+TEST(Corridor, ACellThatDriftsInTheAirDoesNotPress) {
+  for (const double drift_N : {0.08, -0.08}) {
+    Pressed p;
+    p.step(1e-3 - 3e-3, drift_N);
+    p.start(drift_N, std::nullopt, false, 1e-3);
+    EXPECT_FALSE(p.press(-3e-3, 50e-6, 1e-3, [drift_N](double x, double) {
+      return drift_N + linear(x, 0);
+    })) << *p.why;
+  }
+}
+
+// A new zero of the travel moves no specimen.
+TEST(Corridor, ANewZeroOfTheTravelKeepsTheContact) {
+  Pressed p;
+  WatchInputEvent zero(WatchInput::travel_zeroed);
+  zero.travel_m = 0.7e-3;
+  p.frame.apply(zero);
+  EXPECT_FALSE(p.frame.rig.contact.travel_m) << "a gap needs a new search";
+  p.start(0);
+  EXPECT_TRUE(p.press(-0.7e-3 - 10e-6, 100e-6, 1e-5, [](double, double) { return 0.0; }));
 }
 
 TEST(Corridor, OneSampleIsNoProofAndWithoutAContactThereIsNone) {
