@@ -34,9 +34,9 @@ json batch_of(const std::string& table, json more = json::object()) {
 constexpr const char* kTwoByTwo =
     "specimen,protocol,repeats,unattended,rest_s\npaper-1,phased,2,yes,\npaper-2,phased,2,no,30\n";
 
-class Batch : public QueueWorld {};
+class BatchOfRuns : public QueueWorld {};
 
-TEST_F(Batch, IsQueuedAsAWholeInItsOrderAndOnTheTermsOfItsRows) {
+TEST_F(BatchOfRuns, IsQueuedAsAWholeInItsOrderAndOnTheTermsOfItsRows) {
   const json added = ok("queue.add_batch", batch_of(kTwoByTwo, {{"on_failure", "skip"}}));
   EXPECT_EQ(added["entries"], 4);
   EXPECT_EQ(added["first_entry"], 1);
@@ -57,7 +57,7 @@ TEST_F(Batch, IsQueuedAsAWholeInItsOrderAndOnTheTermsOfItsRows) {
   EXPECT_TRUE(third["plan"]["duration_s"].is_number());
 }
 
-TEST_F(Batch, ASeedDecidesTheOrderAndIsShown) {
+TEST_F(BatchOfRuns, ASeedDecidesTheOrderAndIsShown) {
   const std::string table =
       "specimen,protocol,repeats,note\npaper-1,phased,6,a\npaper-1,phased,6,b\n";
   ok("queue.add_batch", batch_of(table, {{"order", "random"}, {"seed", 5}}));
@@ -71,7 +71,7 @@ TEST_F(Batch, ASeedDecidesTheOrderAndIsShown) {
   EXPECT_EQ(ok("queue.show", {{"entry", 1}})["batch"]["seed"], 5);
 }
 
-TEST_F(Batch, OfAWrongTableNothingIsQueuedAndEverythingIsSaid) {
+TEST_F(BatchOfRuns, OfAWrongTableNothingIsQueuedAndEverythingIsSaid) {
   const json got =
       call("queue.add_batch", batch_of("specimen,protocol,repeats\npaper-1,phased,x\n,phased,2\n"));
   ASSERT_TRUE(got.contains("error")) << got;
@@ -85,7 +85,7 @@ TEST_F(Batch, OfAWrongTableNothingIsQueuedAndEverythingIsSaid) {
   EXPECT_EQ(ok("queue.list")["count"], 4);
 }
 
-TEST_F(Batch, WhatTheRigWouldRefuseNamesItsRow) {
+TEST_F(BatchOfRuns, WhatTheRigWouldRefuseNamesItsRow) {
   // 2 N is more than the limit of the protocol allows.
   std::string text = support::kPhasedProtocol;
   const std::string aim = R"("until": { "force_N": 0.5 })";
@@ -97,7 +97,7 @@ TEST_F(Batch, WhatTheRigWouldRefuseNamesItsRow) {
   EXPECT_EQ(ok("queue.list")["count"], 0);
 }
 
-TEST_F(Batch, IsRunLikeWhatWasQueuedOneByOne) {
+TEST_F(BatchOfRuns, IsRunLikeWhatWasQueuedOneByOne) {
   ok("queue.add_batch", batch_of("specimen,protocol,repeats,unattended\npaper-1,phased,2,yes\n"));
   ok("queue.start");
   ASSERT_TRUE(until_gate("specimen"));
