@@ -33,7 +33,7 @@ int try_to_connect(const std::string& path) {
 
 // Removes the socket of a daemon that is gone. Keeps a file at `path` that is not a socket.
 Result<> clear_stale_socket(const std::string& path) {
-  struct stat info {};
+  struct stat info{};
   if (::lstat(path.c_str(), &info) != 0) return {};
   if (!S_ISSOCK(info.st_mode)) {
     return fail(Errc::io, "control: {} exists and is no socket; move it away or use --socket",
@@ -83,7 +83,7 @@ Result<> ListeningSocket::bind() {
   acceptor_.open(asio::local::stream_protocol(), ec);
   if (!ec) acceptor_.bind(asio::local::stream_protocol::endpoint(path_), ec);
   if (ec) return fail(Errc::io, "control: cannot create {}: {}", path_, ec.message());
-  struct stat info {};
+  struct stat info{};
   if (::lstat(path_.c_str(), &info) == 0) {
     device_ = info.st_dev;
     inode_ = info.st_ino;
@@ -100,7 +100,7 @@ Result<> ListeningSocket::bind() {
 }
 
 Result<> ListeningSocket::is_found() const {
-  struct stat info {};
+  struct stat info{};
   if (::lstat(path_.c_str(), &info) != 0) {
     if (errno == ENOENT) return fail(Errc::io, "{} was deleted", path_);
     return fail(Errc::io, "{} cannot be reached: {}", path_, std::strerror(errno));

@@ -80,7 +80,7 @@ std::uint64_t Recorder::progress() const {
 
 // Calls the listener on the io_context's thread, unless the recorder is gone by then.
 template <class Call, class... Args>
-void Recorder::tell(Call Listener::*call, Args... args) {
+void Recorder::tell(Call Listener::* call, Args... args) {
   asio::post(io_, [this, alive = std::weak_ptr<int>(alive_), call, ... args = std::move(args)] {
     if (!alive.expired() && listener_.*call) (listener_.*call)(args...);
   });

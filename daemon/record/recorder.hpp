@@ -137,7 +137,7 @@ class Recorder final : public RunSink {
   }
   void forget_rows();
   template <class Call, class... Args>
-  void tell(Call Listener::*call, Args... args);
+  void tell(Call Listener::* call, Args... args);
 
   // Called on the writer thread.
   void write_loop();

@@ -44,7 +44,8 @@ class ProgressKeeper {
   std::int64_t steps_done() const { return progress_.steps_done; }
 
   template <RunState kState>
-  requires(!waits(kState)) void enter() {  // next phase of the run
+    requires(!waits(kState))
+  void enter() {  // next phase of the run
     progress_.state = kState;
   }
   void enter_repeat(std::int64_t repeat, std::int64_t repeats) {
@@ -76,7 +77,10 @@ class ProgressKeeper {
     RunState before_;
   };
   template <RunState kState>
-  requires(!waits(kState)) Shown show() { return Shown(*this, kState); }
+    requires(!waits(kState))
+  Shown show() {
+    return Shown(*this, kState);
+  }
   // For a state in which the run waits.
   Shown show(RunState state, const Stands& /*proof*/) { return Shown(*this, state); }
 

@@ -86,8 +86,7 @@ TEST_F(Gateway, AnAbortAtTheForceStopsAtOnceAndUnloads) {
   Control client = control();
   client.call("watch");
   ASSERT_TRUE(start_run(client, foreign_protocol("0.2", "0.01")).contains("result"));
-  client.wait_for(
-      "status", [](const json& s) { return s.value("step", "") == "stay"; }, 60s);
+  client.wait_for("status", [](const json& s) { return s.value("step", "") == "stay"; }, 60s);
   const json stopped = client.call("run.abort");
   EXPECT_EQ(stopped["result"].value("state", ""), "standing") << stopped;
   const json end = client.run_ended(30s);
@@ -104,8 +103,7 @@ TEST_F(Gateway, AKilledDaemonLeavesAFrameThatStandsAndTheNextOneStopsItFirst) {
     Control client = control();
     client.call("watch");
     ASSERT_TRUE(start_run(client, foreign_protocol("0.2", "0.002")).contains("result"));
-    client.wait_for(
-        "status", [](const json& s) { return s.value("step", "") == "load"; }, 60s);
+    client.wait_for("status", [](const json& s) { return s.value("step", "") == "load"; }, 60s);
   }
   first.signal(SIGKILL);
   first.wait(10s);

@@ -63,8 +63,7 @@ class Lies : public Gateway {
         60s);
   }
   void await(const std::string& step) {
-    client_->wait_for(
-        "status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
+    client_->wait_for("status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
   }
   // Waits for the end of the run, then ends the gateway. sums_ and lines_ then hold the truth.
   json ended(Timeout within) {

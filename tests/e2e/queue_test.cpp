@@ -163,8 +163,7 @@ TEST_F(QueueRig, KilledInARunItAsksWhatBecomesOfIt) {
     Control client = control();
     await(client, at_gate);
     EXPECT_EQ(queue({"answer", "paper-1"}).code, 0);
-    client.wait_for(
-        "status", [](const json& s) { return s.value("step", "") == "look"; }, 60s);
+    client.wait_for("status", [](const json& s) { return s.value("step", "") == "look"; }, 60s);
   }
   const Ended last = lcrig({"stop", "--after", "run", "--socket", file("control.sock")});
   EXPECT_EQ(last.out, "the queue ends with the run in progress\n") << last.err;

@@ -85,8 +85,7 @@ class Readers : public Rig {
     Control client(file_of_socket());
     client.call("watch");
     ASSERT_TRUE(start_run(client, follow).contains("result"));
-    client.wait_for(
-        "status", [](const json& s) { return s.value("lcr_readings", 0) > 3; }, 60s);
+    client.wait_for("status", [](const json& s) { return s.value("lcr_readings", 0) > 3; }, 60s);
   }
   std::string file_of_socket() const { return file("state/control.sock"); }
 
@@ -94,7 +93,7 @@ class Readers : public Rig {
   std::map<std::string, std::string> folder(bool with_changes) const {
     std::map<std::string, std::string> out;
     for (const auto& entry : fs::directory_iterator(file("state"))) {
-      struct stat s {};
+      struct stat s{};
       ::stat(entry.path().c_str(), &s);
       out[entry.path().filename()] =
           with_changes ? fmt::format("{} bytes, changed at {}.{:09}, {:o}", s.st_size,

@@ -136,8 +136,7 @@ json Control::wait_for(const std::string& method, const std::function<bool(const
 }
 
 json Control::run_ended(Timeout timeout) {
-  return wait_for(
-      "run_ended", [](const json&) { return true; }, timeout);
+  return wait_for("run_ended", [](const json&) { return true; }, timeout);
 }
 
 std::vector<json> Control::listen(Timeout time) {

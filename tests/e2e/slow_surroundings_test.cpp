@@ -89,8 +89,7 @@ class SlowSurroundings : public Rig {
     Control client = control();
     client.call("watch");
     ASSERT_TRUE(start_run(client, kPatientRecord).contains("result"));
-    client.wait_for(
-        "status", [](const json& s) { return s.value("step", "") == "record"; }, 30s);
+    client.wait_for("status", [](const json& s) { return s.value("step", "") == "record"; }, 30s);
     sim("unplug lcr");
     const auto is_event = [](const char* kind) {
       return [kind](const json& e) { return e.value("kind", "") == kind; };

@@ -43,7 +43,7 @@ TEST_F(DaemonHealth, IsReadByEverybodyAndNotServedAfterTheEnd) {
   const auto before = ::umask(0027);
   clock.run_for(io, 20s);
   ::umask(before);
-  struct stat found {};
+  struct stat found{};
   ASSERT_EQ(::stat(file().c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0644U);
   EXPECT_THAT(written(), HasSubstr("lcrig_instrument_missing{instrument=\"frame\"} 0\n"));

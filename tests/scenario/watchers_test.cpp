@@ -26,8 +26,7 @@ struct Seen {
 class Watchers : public support::DaemonWorld {
  protected:
   // `meanwhile` is called whenever the daemon has nothing to do.
-  Seen watch_a_run(
-      std::size_t stalled, const std::function<void()>& meanwhile = [] {}) {
+  Seen watch_a_run(std::size_t stalled, const std::function<void()>& meanwhile = [] {}) {
     std::vector<std::unique_ptr<PlainClient>> deaf;
     for (std::size_t i = 0; i < stalled; ++i) {
       deaf.push_back(std::make_unique<PlainClient>(socket_path()));

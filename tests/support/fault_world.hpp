@@ -56,9 +56,8 @@ class FaultWorld : public SessionWorld {
   void built() override {
     BenchDoor& door = *session->instruments().door();
     plant = door.plant();
-    door.meter_sim().watch([this](MonoTime t, const std::string& text) {
-      given.push_back({t, text});
-    });
+    door.meter_sim().watch(
+        [this](MonoTime t, const std::string& text) { given.push_back({t, text}); });
     if (door.frame_sim() != nullptr) {
       door.frame_sim()->watch = [this](MonoTime, const FrameSample& s) {
         samples.emplace(s.device_seq, s);

@@ -46,8 +46,7 @@ class RunFixture : public ::testing::Test {
       hooks.lost = [](const Error&) {};
       hooks.read_back = [](const ReadBackEvent&) {};
       hooks.unproven = [](const UnprovenEvent&) {};
-      parts_.emplace(
-          io.get_executor(), setup(), values, [this] { ++looks; }, hooks);
+      parts_.emplace(io.get_executor(), setup(), values, [this] { ++looks; }, hooks);
       parts_->watch.set_prepared(true);
       sink.events.clear();
     }

@@ -42,7 +42,7 @@ BackDoor::~BackDoor() {
 }
 
 Result<> BackDoor::listen(const std::string& path) {
-  struct stat found {};
+  struct stat found{};
   if (::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode)) ::unlink(path.c_str());
   boost::system::error_code ec;
   acceptor_.open(asio::local::stream_protocol(), ec);

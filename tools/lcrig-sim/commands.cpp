@@ -62,14 +62,14 @@ Result<> late_answer(Bench& b, const Words& words) {
   return next_answer(b, Kind::none, from_seconds(*seconds));
 }
 
-Result<> set_meter(Bench& b, bool lcr6100::SimFaults::*fault) {
+Result<> set_meter(Bench& b, bool lcr6100::SimFaults::* fault) {
   auto faults = meter_faults(b);
   if (!faults) return fail(faults.error());
   (*faults)->*fault = true;
   return {};
 }
 
-Result<> set_frame(Bench& b, bool ZwickSimFaults::*fault) {
+Result<> set_frame(Bench& b, bool ZwickSimFaults::* fault) {
   auto frame = gateway(b);
   if (!frame) return fail(frame.error());
   (*frame)->faults.*fault = true;

@@ -119,7 +119,7 @@ class RestoreCommand final : public Command {
  private:
   // The service writes as the owner of the folder, so the file must belong to the same owner.
   void tell_owner(const Context& context) const {
-    struct ::stat folder {};
+    struct ::stat folder{};
     const auto path = std::filesystem::absolute(to_).parent_path();
     if (::stat(path.c_str(), &folder) != 0 || folder.st_uid == ::geteuid()) return;
     context.console.note(

@@ -79,7 +79,7 @@ class ArgumentList {
                       const char* help) = 0;
   // `T` is double or std::optional<double>. Without the option `out` stays as it is.
   template <class T>
-  requires std::is_assignable_v<T&, double>
+    requires std::is_assignable_v<T&, double>
   void number(const char* names, T& out, const char* metavar, const char* help) {
     number(names, std::function<void(double)>([&out](double value) { out = value; }), metavar,
            help);

@@ -36,11 +36,9 @@ void turn_on_what_is_new(MeterCorrections& meter, MeterCorrections then) {
 
 // nullopt: nothing is known of any meter.
 Result<std::optional<Known>> look_up(const Database& db) {
-  auto last =
-      db.first("SELECT id, correction_json FROM run WHERE simulated = 0 ORDER BY id DESC LIMIT 1",
-               [](const Statement& row) {
-                 return LastRun{row.integer(0), std::string(row.text(1))};
-               });
+  auto last = db.first(
+      "SELECT id, correction_json FROM run WHERE simulated = 0 ORDER BY id DESC LIMIT 1",
+      [](const Statement& row) { return LastRun{row.integer(0), std::string(row.text(1))}; });
   if (!last) return fail(last.error());
   const LastRun run = last->value_or(LastRun());
   if (auto meter = parse_corrections(run.correction)) {

@@ -121,7 +121,7 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
   }
   const auto named = node_of(machine, *url);
   const auto path = machine.root / fs::path(named).relative_path();
-  struct ::stat there {};
+  struct ::stat there{};
   if (named.empty() || ::stat(path.c_str(), &there) != 0) {
     findings.emplace_back(about, Health::bad,
                           fmt::format("{}: no such port is there", printable(port)),

@@ -35,7 +35,7 @@ Outcome<void> require_replaceable(const std::string& path, const char* mark) {
 Outcome<void> write_file(const std::string& path, const char* mark,
                          const std::function<Result<>(int fd)>& write) {
   if (auto replaceable = require_replaceable(path, mark); !replaceable) return replaceable;
-  struct ::stat present {};
+  struct ::stat present{};
   const bool exists = ::stat(path.c_str(), &present) == 0;
   Result<> done;
   if (exists && S_ISDIR(present.st_mode)) {

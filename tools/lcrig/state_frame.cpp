@@ -82,7 +82,7 @@ FrameStatements ask_for_group(Console& console, std::string_view group) {
 
 // Keeps owner and rights of the file that it replaces.
 Result<> replace_file(PartFile& part, const std::string& path, std::string_view text) {
-  struct ::stat old {};
+  struct ::stat old{};
   if (auto good = write_text(part.fd(), part.name(), text); !good) return good;
   if (::stat(path.c_str(), &old) != 0 || ::fchown(part.fd(), old.st_uid, old.st_gid) != 0 ||
       ::fchmod(part.fd(), old.st_mode & 07777U) != 0) {

@@ -213,7 +213,7 @@ TEST_F(SocketFile, ThatIsDeletedComesBackAndWhoWasConnectedStays) {
   pass(2s);
   EXPECT_EQ(mine->trouble(), "");
   EXPECT_TRUE(answers());
-  struct stat info {};
+  struct stat info{};
   ASSERT_EQ(::stat(file.c_str(), &info), 0);
   EXPECT_EQ(info.st_mode & 07777U, 0660U);
   EXPECT_TRUE(watcher.call(request("status")).contains("result"));

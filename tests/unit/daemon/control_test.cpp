@@ -168,7 +168,7 @@ TEST_F(Control, AWatcherGetsStatusEventsAndTheEndInOrder) {
 }
 
 TEST_F(Control, TheSocketIsForOwnerAndGroupOnly) {
-  struct stat info {};
+  struct stat info{};
   ASSERT_EQ(::stat(path.c_str(), &info), 0);
   EXPECT_EQ(info.st_mode & 07777U, 0660U);
 }

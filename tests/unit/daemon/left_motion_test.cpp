@@ -37,7 +37,7 @@ class LeftMotion : public testing::Test {
 TEST_F(LeftMotion, IsNotHiddenByALockOfAReader) {
   static_cast<void>(WriterLock::acquire(path_).value());
   const int reader = ::open((path_ + ".lock").c_str(), O_RDONLY | O_CLOEXEC);
-  struct flock shared {};
+  struct flock shared{};
   shared.l_type = F_RDLCK;
   ASSERT_EQ(::fcntl(reader, F_OFD_SETLK, &shared), 0);
   EXPECT_TRUE(is_left());

@@ -17,13 +17,9 @@ using namespace std::chrono_literals;
 
 // A state in which the run waits is not entered without the proof of a standstill.
 template <RunState kState>
-concept EnteredFreely = requires(ProgressKeeper& keeper) {
-  keeper.enter<kState>();
-};
+concept EnteredFreely = requires(ProgressKeeper& keeper) { keeper.enter<kState>(); };
 template <RunState kState>
-concept ShownFreely = requires(ProgressKeeper& keeper) {
-  keeper.show<kState>();
-};
+concept ShownFreely = requires(ProgressKeeper& keeper) { keeper.show<kState>(); };
 static_assert(EnteredFreely<RunState::running> && ShownFreely<RunState::stopping>);
 static_assert(!EnteredFreely<RunState::paused> && !ShownFreely<RunState::paused>);
 static_assert(!ShownFreely<RunState::waiting_for_operator>);

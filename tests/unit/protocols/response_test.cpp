@@ -49,13 +49,17 @@ TEST_F(Responding, AZeroThatTheRunAskedForIsNoNews) {
 }
 
 TEST_F(Responding, AZeroOfThisRunThatWasInterruptedIsBlamedOnNobody) {
-  { const ScopedFlag zeroing = parts().response.expect_zero(true); }
+  {
+    const ScopedFlag zeroing = parts().response.expect_zero(true);
+  }
   handle(EventKind::device_origin);
   EXPECT_THAT(parts().interrupts.take().why, HasSubstr("a `zero` of this run"));
 }
 
 TEST_F(Responding, AfterAZeroThatWasAnsweredANewOriginIsThatOfAPerson) {
-  { const ScopedFlag zeroing = parts().response.expect_zero(true); }
+  {
+    const ScopedFlag zeroing = parts().response.expect_zero(true);
+  }
   parts().response.zero_settled();
   handle(EventKind::device_origin);
   EXPECT_THAT(parts().interrupts.take().why, HasSubstr("at the machine"));

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "base/either.hpp"
+#include "protocols/steps/progress.hpp"
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {

@@ -91,18 +91,12 @@ static_assert(std::is_abstract_v<ForgetsToExecute>);
 static_assert(std::is_abstract_v<StepOf<Whole>> && std::is_abstract_v<Loop>);
 
 template <class Kind>
-concept HasATime = requires(const Kind& step) {
-  step.timeout;
-}
-|| requires(const Kind& step) {
+concept HasATime = requires(const Kind& step) { step.timeout; } || requires(const Kind& step) {
   step.duration;
-}
-|| requires(const Kind& step) {
-  step.within;
-};
+} || requires(const Kind& step) { step.within; };
 template <class... Kind>
 constexpr bool those_with_a_time_remember(std::tuple<Kind...>* /*all*/) {
-  return ((!HasATime<Kind> || !std::is_same_v<typename Kind::Progress, RemembersNothing>)&&...);
+  return ((!HasATime<Kind> || !std::is_same_v<typename Kind::Progress, RemembersNothing>) && ...);
 }
 static_assert(those_with_a_time_remember(static_cast<StepKinds*>(nullptr)));
 

@@ -331,7 +331,7 @@ TEST(WriterLocks, AreAskedForWithoutCreatingOrTakingThem) {
 TEST(WriterLocks, AreNotHeldUpByALockOfAReader) {
   const TempDir dir;
   const std::string path = dir.file("a.db");
-  struct flock shared {};
+  struct flock shared{};
   shared.l_type = F_RDLCK;
   const auto read_lock = [&] { return ::open((path + ".lock").c_str(), O_RDONLY | O_CLOEXEC); };
   static_cast<void>(WriterLock::acquire(path).value());
@@ -355,7 +355,7 @@ TEST(WriterLocks, NobodyButTheOwnerCanOpenTheOneThatExcludesOthers) {
   const TempDir dir;
   const std::string path = dir.file("a.db");
   const auto lock = WriterLock::acquire(path).value();
-  struct stat file {};
+  struct stat file{};
   ASSERT_EQ(::stat((path + ".writer").c_str(), &file), 0);
   EXPECT_EQ(file.st_mode & 0777U, 0600U);
 }

@@ -98,7 +98,9 @@ TEST(Batches, AKillAtAnyWriteLeavesAllOrNothing) {
     SCOPED_TRACE(n);
     const TempDir dir;
     const auto path = dir.file("q.db");
-    { ASSERT_TRUE(open_read_write(path)); }
+    {
+      ASSERT_TRUE(open_read_write(path));
+    }
     const pid_t child = ::fork();
     if (child == 0) {
       const DeadlyVfs vfs(n);

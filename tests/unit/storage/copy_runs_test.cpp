@@ -216,7 +216,9 @@ TEST_F(RunCopies, OfARunFromBeforeUuidsAreSoundToo) {
     ASSERT_TRUE(insert_run_end(db, 2, RunEnd()));
   }
   EXPECT_THAT(copy_runs(old, {2}, to_, {}).error().what, HasSubstr("schema 7 is older"));
-  { ASSERT_TRUE(open_read_write(old)); }
+  {
+    ASSERT_TRUE(open_read_write(old));
+  }
   const auto copied = copy_runs(old, {2}, to_, {});
   ASSERT_TRUE(copied) << copied.error().what;
   EXPECT_EQ(copied->front().to, 1);
@@ -290,12 +292,16 @@ TEST_F(RunCopies, GoOnlyIntoADatabaseOfThisSchema) {
   fs::create_hard_link(path_, dir_.file("again.db"));
   fs::create_symlink("rig.db", dir_.file("link.db"));
   fs::create_symlink("nowhere.db", dir_.file("dangling.db"));
-  { ASSERT_TRUE(open_read_write(dir_.file("two.db"))); }
+  {
+    ASSERT_TRUE(open_read_write(dir_.file("two.db")));
+  }
   fs::create_hard_link(dir_.file("two.db"), dir_.file("names.db"));
   std::ofstream(dir_.file("text.db")) << std::string(5000, 'x');
   std::ofstream(dir_.file("empty.db")).flush();
   ASSERT_EQ(::mkfifo(dir_.file("pipe").c_str(), 0600), 0);
-  { support::database_before_uuids(dir_.file("older.db")); }
+  {
+    support::database_before_uuids(dir_.file("older.db"));
+  }
   std::ofstream(dir_.file("log.db-wal")) << "readings";
   {
     const auto newer = open_read_write(dir_.file("newer.db")).value();
@@ -332,7 +338,9 @@ TEST_F(RunCopies, GoOnlyIntoADatabaseOfThisSchema) {
 }
 
 TEST_F(RunCopies, AreNotMadeIntoTheDatabaseOfADaemon) {
-  { ASSERT_TRUE(open_read_write(to_)); }
+  {
+    ASSERT_TRUE(open_read_write(to_));
+  }
   const auto daemon = WriterLock::acquire(to_).value();
   const auto copied = copy({1}, to_);
   ASSERT_FALSE(copied);
@@ -364,7 +372,9 @@ TEST_F(RunCopies, AreAllOrNoneInAnOlderDatabaseOnAFullDisk) {
   for (std::int64_t n = 0;; n += 1 + n / 4) {
     ASSERT_LT(n, 20'000);
     const auto target = dir_.file(fmt::format("{}.db", n));
-    { ASSERT_TRUE(open_read_write(target)); }
+    {
+      ASSERT_TRUE(open_read_write(target));
+    }
     const auto copied = copy_on_disk_that_fills(n, target);
     if (copied) {
       EXPECT_EQ(runs_in(target), 2);

@@ -164,7 +164,9 @@ class QueueKills : public testing::Test {
 };
 
 TEST_F(QueueKills, AtEveryWriteLoseNoEntryAndBeginNoneTwice) {
-  { ASSERT_TRUE(open_read_write(path())); }  // the schema alone takes many writes
+  {
+    ASSERT_TRUE(open_read_write(path()));
+  }  // the schema alone takes many writes
   int deaths = 0;
   const int lives = lives_wanted();
   for (int n = 0; n < lives; ++n) {
