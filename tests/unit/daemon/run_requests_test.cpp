@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 
 #include "daemon/app/run_steering.hpp"
+#include "daemon/queue/runner.hpp"
+#include "daemon/rig/operator.hpp"
 #include "tests/support/app_parts.hpp"
 
 namespace lcrig::support {
