@@ -107,4 +107,15 @@ class WatchedFrame {
   std::normal_distribution<double> noise_{0, 1e-3};
 };
 
+using Place = std::pair<double, double>;  // the travel and the force that a frame shows
+
+// Towards the specimen.
+inline Order pressing(double speed_m_s) {
+  Order m;
+  m.direction = 1;
+  m.speed_m_s = speed_m_s;
+  m.against_N = 0.02;
+  return m;
+}
+
 }  // namespace lcrig

@@ -12,22 +12,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-RigFacts with_filter(Duration filter) {
-  FrameCapabilities caps = watched_capabilities();
-  caps.filter = filter;
-  return watched_facts(caps);
-}
-
-using Place = std::pair<double, double>;
-
-Order pressing(double speed_m_s) {
-  Order m;
-  m.direction = 1;
-  m.speed_m_s = speed_m_s;
-  m.against_N = 0.02;
-  return m;
-}
-
 TEST(Checks, NothingIsSaidOfAFrameThatDoesWhatItIsTold) {
   WatchedFrame frame;
   frame.order(pressing(1e-4));
@@ -150,118 +134,6 @@ TEST(Checks, AForceThatRisesOnTheWayAwayStopsTheDrive) {
       frame.until_found(30, [](double s) { return Place(-1e-5 * s, 0.5 + 0.1 * s); });
   ASSERT_TRUE(after);
   EXPECT_EQ(frame.found->check->doubt, Doubt::drive);
-}
-
-// At DONE the cell shows 1.065 N of the 1.32 N that press: its filter of 28 ms still follows. The
-// way away begins at once, and the play of the drive takes its first micrometres.
-struct FilteredCell {
-  FilteredCell() {
-    Order m = pressing(8e-4);
-    m.worst_N = 1.4;
-    frame.order(m);
-    EXPECT_FALSE(frame.show(1e-3, 1.06));
-    frame.stand(1e-3);
-  }
-  void move_away() {
-    Order m = pressing(5e-5);
-    m.direction = -1;
-    m.force_N = 1.065;
-    m.against_N = 0.1;
-    frame.order(m);
-  }
-  std::optional<double> rises_to(double force_N) {
-    return frame.until_found(5, [force_N](double s) {
-      return Place(1e-3 - 5e-5 * s, force_N - (force_N - 1.065) * std::exp(-s / 0.028));
-    });
-  }
-  WatchedFrame frame{round_tolerances(), with_filter(33ms)};
-};
-
-TEST(Checks, AForceThatACellWithAFilterShowsLateIsNoRiseOnTheWayAway) {
-  FilteredCell cell;
-  cell.move_away();
-  EXPECT_FALSE(cell.rises_to(1.32)) << cell.frame.found->why;
-}
-
-TEST(Checks, AForceBeyondThePredictionRisesOnTheWayAwayWhateverTheFilter) {
-  FilteredCell cell;
-  cell.move_away();
-  ASSERT_TRUE(cell.rises_to(1.6));
-  EXPECT_EQ(cell.frame.found->check->doubt, Doubt::drive);
-}
-
-TEST(Checks, AForceThatRisesWhenTheFilterIsOverRisesOnTheWayAway) {
-  FilteredCell cell;
-  EXPECT_FALSE(cell.frame.until_found(0.4, [](double) { return Place(1e-3, 1.065); }));
-  cell.move_away();
-  ASSERT_TRUE(cell.rises_to(1.32));
-  EXPECT_EQ(cell.frame.found->check->doubt, Doubt::drive);
-}
-
-// The next cycle begins at once: the cell still shows how the force fell on the way away.
-class PressedAgain : public testing::Test {
- protected:
-  PressedAgain() {
-    Order away = pressing(5e-4);
-    away.direction = -1;
-    away.force_N = 0.6;
-    frame.order(away);
-    EXPECT_FALSE(frame.show(1e-3, 0.35));
-    frame.stand(0.9e-3);
-    EXPECT_FALSE(frame.show(0.9e-3, 0.31));
-    Order m = pressing(1.5e-4);
-    m.force_N = 0.31;
-    m.free_N = -0.6;  // a zero that was taken under load has hidden 0.6 N
-    m.against_N = 0.05;
-    frame.order(m);
-  }
-  std::optional<double> falls_to(double force_N, double from_m = 0.9e-3) {
-    return frame.until_found(2, [=](double s) {
-      return Place(from_m + 1.5e-4 * s, force_N + (0.31 - force_N) * std::exp(-s / 0.1));
-    });
-  }
-  WatchedFrame frame{round_tolerances(), with_filter(100ms)};
-};
-
-TEST_F(PressedAgain, AForceThatACellWithAFilterShowsLateIsNoFallWhileItPresses) {
-  EXPECT_FALSE(falls_to(-0.6)) << frame.found->why;
-}
-
-TEST_F(PressedAgain, AForceBelowThatOfTheUnloadedCellIsNotBelieved) {
-  ASSERT_TRUE(falls_to(-0.9));
-  EXPECT_EQ(frame.found->check->doubt, Doubt::force);
-}
-
-TEST_F(PressedAgain, AForceThatFallsWhenTheFilterIsOverIsNotBelieved) {
-  EXPECT_FALSE(frame.until_found(0.6, [](double s) { return Place(0.9e-3 + 1.5e-4 * s, 0.31); }));
-  ASSERT_TRUE(falls_to(0, 1e-3));
-  EXPECT_EQ(frame.found->check->doubt, Doubt::force);
-}
-
-std::optional<double> noticed_in_force_loop(WatchedFrame& frame, double contact_m) {
-  frame.rig.contact.travel_m = contact_m;
-  frame.rig.contact.least.emplace(frame.t, contact_m, 0.1, 20e3);
-  Order m = pressing(1e-5);
-  m.direction = 0;
-  m.rate_N_s = 0.1;
-  m.force_N = 0.6;
-  frame.order(m);
-  return frame.until_found(
-      5, [](double s) { return Place(1e-3 + 3e-5 * s, 0.6 + 1e-3 * std::sin(97 * s)); });
-}
-
-TEST(Checks, AForceLoopThatGoesOnWhileTheForceDoesNotFollowIsNoProgress) {
-  WatchedFrame pressed, in_air;
-  ASSERT_LT(noticed_in_force_loop(pressed, 0.97e-3).value_or(5), 4);
-  EXPECT_EQ(pressed.found->check->doubt, Doubt::force) << "its travel is true";
-  EXPECT_FALSE(noticed_in_force_loop(in_air, 2e-3)) << "after a zero that was taken under load";
-}
-
-TEST(Checks, AForceThatFellOnTheWayAwayHadBeenShown) {
-  FilteredCell cell;
-  cell.move_away();
-  EXPECT_FALSE(cell.frame.show(1e-3 - 1e-6, 0.9));
-  EXPECT_TRUE(cell.frame.show(1e-3 - 2e-6, 1.3));
 }
 
 // After an overload of the cell: 0.5 N was shown before it, and 4.6 N is the first force on the way
@@ -454,37 +326,6 @@ TEST(Checks, AFrameThatIsFasterThanOrderedIsAheadOfTheOrder) {
     EXPECT_EQ(frame.found->check->name, "ahead_of_order");
     EXPECT_LT(*after, 0.2);
   }
-}
-
-// A force loop from 0.6 N to another force, at 0.1 N/s. The frame moves by `way_m_s`, and the cell
-// shows what a contact of 10 N/mm does then.
-std::optional<std::string_view> found_in_loop(double to_N, double way_m_s, bool holds = false) {
-  WatchedFrame frame;
-  Order m;
-  m.speed_m_s = 1e-4;
-  m.rate_N_s = holds ? 0 : 0.1;
-  m.force_N = 0.6;
-  m.to_N = to_N;
-  m.against_N = 0.02;
-  m.holds = holds;
-  frame.order(m);
-  const auto after = frame.until_found(
-      3, [way_m_s](double s) { return Place(1e-3 + way_m_s * s, 0.6 + 1e4 * way_m_s * s); });
-  return after ? std::optional(frame.found->check->name) : std::nullopt;
-}
-
-TEST(Checks, AForceLoopThatRunsAwayFromItsSetPointIsFoundInEitherDirection) {
-  EXPECT_EQ(found_in_loop(1, -1e-5), "loop_runs_away");
-  EXPECT_EQ(found_in_loop(0.2, 1e-5), "loop_runs_away");
-  EXPECT_EQ(found_in_loop(1, -1e-5, true), "loop_runs_away");
-  EXPECT_FALSE(found_in_loop(1, 1e-5)) << "as ordered";
-  EXPECT_FALSE(found_in_loop(0.2, -1e-5)) << "as ordered";
-  EXPECT_FALSE(found_in_loop(0.6, 1e-7, true)) << "it holds, and hunts a little";
-}
-
-// Whether the cell or the drive does nothing, nobody can tell: a retreat shows it.
-TEST(Checks, AForceLoopThatStandsLeavesTheRetreatOpen) {
-  EXPECT_EQ(found_in_loop(1, 0), "loop_without_force");
 }
 
 // The words of the table are unique, and every response has a doubt that explains it.

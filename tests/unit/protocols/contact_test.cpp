@@ -134,19 +134,5 @@ TEST_F(FindsContact, IsWhereAGapIsCountedFrom) {
   EXPECT_DOUBLE_EQ(travel_of(gap, parts()).value(), kContact_m - 1e-3);
 }
 
-TEST_F(FindsContact, IsForgottenWithTheZeroOfTravel) {
-  parts().watch.place_contact(kContact_m, 0);
-  for (const double travel_m : {2e-3, 1e-3}) {
-    RestMeasurement rest;
-    FrameSample sample = frame.sample();
-    sample.travel_m = travel_m;
-    rest.add(std::span(&sample, 1));
-    parts().watch.zeroed(rest, false, true, 0);
-  }
-  EXPECT_FALSE(parts().rig.contact.travel_m);
-  EXPECT_DOUBLE_EQ(parts().rig.frame.zero_m, 3e-3);
-  EXPECT_DOUBLE_EQ(parts().rig.frame.caps.travel_min.si(), -3e-3);
-}
-
 }  // namespace
 }  // namespace lcrig
