@@ -82,4 +82,5 @@ std::vector<Finding> find(const RigState& rig, const Sight& sight);
 std::optional<Finding> find_silence(const RigState& rig, MonoTime now);
 // The most severe one; the first of several. nullptr: there is none that does more than note.
 const Finding* most_severe(std::span<const Finding> findings);
+
 }  // namespace lcrig

@@ -40,7 +40,4 @@ Found blind_retreat(const RigState& rig, const Sight& sight);
 Found no_travel(const RigState& rig, const Sight& sight);
 Found no_force(const RigState& rig, MonoTime now);
 
-// Whether the force counts as unknown on a retreat: only less travel is certain to unload.
-bool is_blind(const RigState& rig, const FrameSample& sample);
-
 }  // namespace lcrig::checks

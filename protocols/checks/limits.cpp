@@ -21,13 +21,14 @@ Found travel_outside(const RigState& rig, const FrameSample& sample, double low_
                      rig.limits.travel_max_m.value_or(kUnbounded_m) * 1e3);
 }
 
-}  // namespace
-
+// On a retreat: the force counts as unknown, and only less travel is certain to unload.
 bool is_blind(const RigState& rig, const FrameSample& sample) {
   const bool silent = !sample.force_N && rig.course.force_at &&
                       sample.received - *rig.course.force_at > stale_after(rig.facts.rate_Hz);
   return rig.frame.overloaded || !rig.trust.force || silent;
 }
+
+}  // namespace
 
 Found beyond_cell(const RigState& rig, const Sight& /*sight*/) {
   if (!rig.frame.overloaded) return std::nullopt;

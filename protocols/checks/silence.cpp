@@ -16,7 +16,7 @@ Found no_travel(const RigState& rig, const Sight& sight) {
 Found no_force(const RigState& rig, MonoTime now) {
   const Duration stale = stale_after(rig.facts.rate_Hz);
   const auto& force_at = rig.course.force_at;
-  if (!rig.watches_age || !force_at || now - *force_at <= stale) return std::nullopt;
+  if (!force_at || now - *force_at <= stale) return std::nullopt;
   // On the retreat the travel alone is enough.
   const auto& travel_at = rig.course.travel_at;
   if (rig.phase == RunPhase::finally && travel_at && now - *travel_at <= stale) return std::nullopt;

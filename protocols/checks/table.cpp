@@ -29,6 +29,8 @@ constexpr When kKnown{"the frame moves by an order, or stands", [](const RigStat
                         return is_compared(rig) && rig.frame.motion != FrameMotion::unknown;
                       }};
 constexpr When kCommanded{"the run commands the frame", is_compared};
+constexpr When kSends{"the frame has to send samples",
+                      [](const RigState& rig) { return rig.watches_age; }};
 constexpr When kPredicts{"a motion pressed",
                          [](const RigState& rig) { return rig.forecast.has_value(); }};
 constexpr When kSteps{"during the steps", [](const RigState& rig) {
@@ -89,7 +91,7 @@ constexpr std::array kChecks{
           Response::stop, EventKind::limit, force_on_retreat},
     Check{"travel_on_retreat", kFinally, "the travel, and the limits", Doubt::nothing,
           Response::stop, EventKind::limit, travel_on_retreat},
-    Check{"no_force", kCommanded, "the age of the last force", Doubt::link, Response::lose,
+    Check{"no_force", kSends, "the age of the last force", Doubt::link, Response::lose,
           EventKind::loss, nullptr, no_force},
 };
 
@@ -110,7 +112,7 @@ std::vector<Finding> find(const RigState& rig, const Sight& sight) {
 
 std::optional<Finding> find_silence(const RigState& rig, MonoTime now) {
   for (const Check& check : kChecks) {
-    if (check.find_by_clock == nullptr) continue;
+    if (check.find_by_clock == nullptr || !check.when.holds(rig)) continue;
     if (auto why = check.find_by_clock(rig, now)) return Finding(check, std::move(*why));
   }
   return std::nullopt;

@@ -220,8 +220,8 @@ Result<> ContactSearch::check_touched(const MotionOutcome& touched) const {
     return fail(Errc::refused, "step {}: the frame reports no travel at contact", step);
   }
   // After an overrun the place of contact is unknown.
-  const auto& broken = run_.rig.trust.no_pressing;
-  if (broken) return fail(Errc::limit_tripped, "step {}: {}", step, *broken);
+  const auto may = run_.rig.trust.may_press();
+  if (!may) return fail(may.error().code, "step {}: {}", step, may.error().what);
   return {};
 }
 

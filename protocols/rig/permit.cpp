@@ -18,7 +18,7 @@ double zero_N(const RigState& rig) {
 }
 
 Result<> check(const RigState& rig, double worst_N, double force_N, double speed_m_s) {
-  if (rig.trust.no_pressing) return fail(Errc::limit_tripped, "{}", *rig.trust.no_pressing);
+  if (auto may = rig.trust.may_press(); !may) return may;
   const double most_N = rig.force_max_N();
   if (!exceeds(worst_N, most_N)) return {};
   const Forecast& forecast = *rig.forecast;
@@ -78,7 +78,7 @@ Result<Permit> permit_to_travel(const RigState& rig, double travel_m, double spe
   const auto contact_m = rig.contact.travel_m;
   const double depth_m = contact_m ? travel_m - *contact_m : 0;
   if (contact_m && depth_m <= 0) return permit;
-  if (rig.trust.no_pressing) return fail(Errc::limit_tripped, "{}", *rig.trust.no_pressing);
+  if (auto may = rig.trust.may_press(); !may) return fail(may.error());
   const Forecast& forecast = *rig.forecast;
   const double most_N = rig.force_max_N(), most_felt_N = most_N - zero_N(rig);
   permit.presses = true;

@@ -24,4 +24,9 @@ inline Duration stale_after(double rate_Hz) {
   return std::max<Duration>(from_seconds(kSilentPeriods / rate_Hz), kSilent_s.duration());
 }
 
+// How long samples from before a zero may still arrive.
+inline Duration old_samples(double rate_Hz) {
+  return std::max<Duration>(kOldSamples_s.duration(), from_seconds(kNewSamples / rate_Hz));
+}
+
 }  // namespace lcrig

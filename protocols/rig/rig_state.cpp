@@ -19,6 +19,18 @@ RigState::RigState(RigFacts f, std::optional<Forecast> c)
   frame.caps = facts.frame;
 }
 
+Result<> Trust::may_press() const {
+  if (no_pressing) return fail(Errc::limit_tripped, "{}", *no_pressing);
+  return {};
+}
+
+Result<> Trust::may_move() const {
+  if (!no_motion) return {};
+  Error refusal = *no_motion;
+  refusal.what += ": nothing is moved any more";
+  return fail(std::move(refusal));
+}
+
 double RigState::zero_uncertainty_N() const {
   return facts.cell.zero_error_N(facts.frame.force_max.si());
 }
@@ -359,8 +371,7 @@ void RigState::zero_travel(double travel_m, MonoTime at) {
   frame.caps = with_zero_at(frame.caps, travel_m);
   frame.zero_m += travel_m;
   ++frame.travel_zeros;
-  const double old_samples_s = std::max(kOldSamples_s.value, kNewSamples / facts.rate_Hz);
-  frame.stands_from = at + from_seconds(old_samples_s);
+  frame.stands_from = at + old_samples(facts.rate_Hz);
   if (course.retreat_from_m) *course.retreat_from_m -= travel_m;
   course.old_zero_m = travel_m;
 }

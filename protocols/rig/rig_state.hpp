@@ -51,6 +51,9 @@ struct Trust {
   bool force = true;  // what the cell shows counts
   std::optional<std::string> no_pressing;  // why nothing may be pressed any more
   std::optional<Error> no_motion;  // why nothing may be moved any more
+  // Errors: limit_tripped; that of `no_motion`.
+  Result<> may_press() const;
+  Result<> may_move() const;
 };
 
 class RigState {

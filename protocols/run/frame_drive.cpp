@@ -21,7 +21,6 @@ using namespace std::chrono_literals;
 
 constexpr int kTries = 2;  // the second at once, when the frame moves after it said that it stands
 constexpr Duration kLook = 20ms;  // between two looks at the samples
-constexpr Duration kFlowing = 500ms;  // samples that are older do not come any more
 // What is written when the frame confirms STOP and its samples show a motion.
 constexpr const char* kMovesOn =
     "the frame confirmed STOP, and its samples show that it moves: standstill not confirmed: use "
@@ -138,7 +137,7 @@ std::optional<Duration> FrameDrive::sample_period() const {
 }
 
 Duration FrameDrive::flowing() const {
-  return std::max<Duration>(kFlowing, from_seconds(3 / setup_.frame_rate_Hz));
+  return stale_after(setup_.frame_rate_Hz);
 }
 
 void FrameDrive::note_order(double speed_m_s) {
@@ -223,10 +222,7 @@ Result<> FrameDrive::may_move() const {
                 "this run only observes the frame, and a step wants to move it: the facts of the "
                 "step are wrong");
   }
-  if (!hands_off()) return {};
-  Error refusal = *hands_off();
-  refusal.what += ": nothing is moved any more";
-  return fail(std::move(refusal));
+  return rig_.trust.may_move();
 }
 
 }  // namespace lcrig

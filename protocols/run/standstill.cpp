@@ -7,15 +7,16 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/rig/constants.hpp"
+
 namespace lcrig {
 
 namespace {
 
 // A motion at the last ordered speed leaves the tolerance twice within the look.
 constexpr double kLeaves = 2;
-// Samples come in batches of 100 ms; one may be under way, and one be late (docs/frame-link.md).
-constexpr Duration kUnderWay = std::chrono::milliseconds(300);
-constexpr int kPeriods = 3;
+// A batch may be under way, and one be late.
+const Duration kArriving = from_seconds(kUnderWay_s + kBatch_s);
 
 }  // namespace
 
@@ -66,7 +67,7 @@ void StandstillWatch::confirm(MonoTime now, std::optional<Duration> period) {
   anchor_.reset();
   confirmed_ = !period;
   if (confirmed_) return;
-  look_ends_ = now + kLongLook + kUnderWay + kPeriods * *period;
+  look_ends_ = now + kLongLook + kArriving + kSilentPeriods.count() * *period;
   if (now > deadline_ || std::exchange(extended_, true)) return;
   deadline_ = std::max(deadline_, look_ends_);
 }
@@ -90,7 +91,7 @@ void StandstillWatch::take(const FrameSample& sample, double tolerance_m) {
   const bool elsewhere = anchor_ && sample.travel_m && anchor_->travel_m &&
                          std::abs(*sample.travel_m - *anchor_->travel_m) > tolerance_m;
   if (!anchor_ || moves || elsewhere) {
-    moved_ = anchor_ && sample.received > said_at_ + kUnderWay;
+    moved_ = anchor_ && sample.received > said_at_ + kArriving;
     if (moved_) look_longer();
     anchor_ = sample;
     return;

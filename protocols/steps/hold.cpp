@@ -79,10 +79,9 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
   if (step.at) force_N = run.labels.force_of(*step.at);
   if (!force_N) co_return fail(force_N.error());
   const double most_N = run.rig.frame.force_N.value_or(0) + kNoiseSigmas * run.rig.cell.noise_N();
-  const bool broken = run.rig.trust.no_pressing.has_value();
-  if (broken && *force_N > most_N) {
-    co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(),
-                   *run.rig.trust.no_pressing);
+  const auto may = run.rig.trust.may_press();
+  if (!may && *force_N > most_N) {
+    co_return fail(may.error().code, "step {}: {}", run.log.step_id(), may.error().what);
   }
   run.watch.leave_to_loop();
   auto held = co_await run.drive.hold_force(*force_N);

@@ -36,12 +36,6 @@ double pressed_N(const RestMeasurement& rest, const RunParts& run) {
   return rest.force_N() - run.rig.cell.unloaded_N();
 }
 
-// Samples from before the zero may still arrive: at most one, or 100 ms of them.
-Duration stale_samples(const RunParts& run) {
-  return std::max<Duration>(std::chrono::milliseconds(250),
-                            from_seconds(2 / run.setup.frame_rate_Hz));
-}
-
 }  // namespace
 
 ZeroStep ZeroStep::parse(const StepReader& r) {
@@ -96,7 +90,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, StepProgress& /*remembered*/) co
   run.watch.zeroed(*rest, force, travel, hidden_N);
   run.event(run.point());  // stores the new origin
   run.event(ZeroEvent{rest->force_N()});
-  co_await run.setup.clock.wait_for(stale_samples(run));
+  co_await run.setup.clock.wait_for(old_samples(run.setup.frame_rate_Hz));
   auto after = co_await run.meter.measure(RestMeter::kRestTime);
   if (!after) co_return fail(after.error());
   run.watch.zero_measured(*rest, *after, hidden_N);
