@@ -230,7 +230,7 @@ class Pair {
 
   std::optional<Unlike> convert(const PressureRange& common, Compared& a, Compared& b) {
     const bool levels = a.metric->load->kind == LoadKind::held;
-    const Unlike none{
+    Unlike none{
         levels ? fmt::format("fewer than two pressures are in both runs in {}", range_text(a.range))
                : fmt::format("the loadings have too little in common in {}", range_text(a.range)),
         "measure both at the same pressures"};

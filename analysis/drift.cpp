@@ -45,6 +45,7 @@ Drift::Drift(std::vector<RestNode> nodes) : nodes_(std::move(nodes)) {
 
 std::vector<double> Drift::rate_influence() const {
   std::vector<double> out;
+  out.reserve(nodes_.size());
   for (const RestNode& n : nodes_) out.push_back(weight_of(n) * (n.t_s - t_mean_) / stt_);
   return out;
 }

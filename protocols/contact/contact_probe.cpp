@@ -9,6 +9,7 @@
 
 #include "protocols/contact/contact_slope.hpp"
 #include "protocols/rig/permit.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/run_parts.hpp"
 
 namespace lcrig {

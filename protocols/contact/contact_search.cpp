@@ -10,6 +10,7 @@
 #include "base/either.hpp"
 #include "protocols/contact/contact_probe.hpp"
 #include "protocols/rig/forecast.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/run_parts.hpp"
 #include "protocols/steps/find_contact.hpp"
 

@@ -12,6 +12,7 @@
 #include "base/quantity.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/rig/cell_noise.hpp"
 #include "protocols/rig/force_bound.hpp"
 #include "protocols/rig/limits.hpp"
 #include "protocols/rig/tolerances.hpp"

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "protocols/rig/constants.hpp"
+
 namespace lcrig {
 
 void PlannedRig::note_recording() {

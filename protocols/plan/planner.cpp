@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "protocols/expand.hpp"
+#include "protocols/rig/constants.hpp"
 
 namespace lcrig {
 
@@ -138,8 +139,9 @@ void Planner::finish_figures() {
       std::max(cell.error_N(rig_.limits().force_min_N), cell.error_N(rig_.limits().force_max_N));
   u.zero_N = cell.zero_error_N(rig_.frame().force_max.si());
   if (const auto noise = force_noise_N(rig_.known())) u.noise_N = 4 * *noise;
+  const auto& scatter = rig_.known().force_scatter;
   plan_.watch = tolerances_of(rig_.frame(), rig_.forecast().bound(), rig_.limits().force_max_N,
-                              plan_.frame_rate_Hz, rig_.known().force_scatter,
+                              plan_.frame_rate_Hz, scatter ? &*scatter : nullptr,
                               force_noise_N(rig_.known()).value_or(0));
   if (!rig_.has_moved()) return;
   foresee_lies();

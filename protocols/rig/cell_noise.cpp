@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-namespace lcrig {
+#include "protocols/rig/constants.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 
-namespace {}  // namespace
+namespace lcrig {
 
 CellNoise::CellNoise(const RestMeasurement& rest)
     : noise_N(rest.scatter_N()),

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "protocols/rig/rest_measurement.hpp"
-
 namespace lcrig {
+
+class RestMeasurement;
 
 // The scatter of the force of an unloaded cell, sample by sample.
 class CellNoise {

@@ -337,7 +337,7 @@ bool RigState::learn_noise(const RestMeasurement& rest) {
   cell.noise.add(rest, tolerances.frozen_samples);
   const Tolerances before = tolerances;
   tolerances = tolerances_of(facts.frame, forecast->bound(), facts.limits.force_max_N,
-                             facts.rate_Hz, cell.noise, cell.noise.noise_N);
+                             facts.rate_Hz, &cell.noise, cell.noise.noise_N);
   // The noise is a new estimate each time, but an earlier promise to notice a frozen cell is kept.
   if (before.frozen_samples &&
       tolerances.frozen_samples.value_or(INT64_MAX) > *before.frozen_samples) {

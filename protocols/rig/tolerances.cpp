@@ -5,6 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "protocols/rig/cell_noise.hpp"
+#include "protocols/rig/constants.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -28,7 +31,7 @@ std::optional<std::int64_t> run_of_equals(const CellNoise& s) {
 }  // namespace
 
 Tolerances tolerances_of(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
-                         double rate_Hz, const std::optional<CellNoise>& scatter, double noise_N) {
+                         double rate_Hz, const CellNoise* scatter, double noise_N) {
   Tolerances f;
   f.frozen_samples = scatter ? run_of_equals(*scatter) : kFrozenAssumed.count();
   if (f.frozen_samples && rate_Hz > 0) {

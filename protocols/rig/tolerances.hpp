@@ -8,10 +8,11 @@
 #include <optional>
 
 #include "drivers/load_frame.hpp"
-#include "protocols/rig/cell_noise.hpp"
 #include "protocols/rig/force_bound.hpp"
 
 namespace lcrig {
+
+class CellNoise;
 
 struct Tolerances {
   // A frozen cell shows at least this many equal forces in a row, for this time. Absent: the digits
@@ -29,10 +30,10 @@ struct Tolerances {
   double reply_s = 0;  // from the arrival of a contradicting sample to the sending of STOP
 };
 
-// `scatter`: absent before the first look (then a digit of a third of the scatter is assumed).
+// `scatter`: null before the first look (then a digit of a third of the scatter is assumed).
 // `limit_N`: of the force. `noise_N`: standard deviation of a sample.
 Tolerances tolerances_of(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
-                         double rate_Hz, const std::optional<CellNoise>& scatter, double noise_N);
+                         double rate_Hz, const CellNoise* scatter, double noise_N);
 
 nlohmann::json to_json(const Tolerances& figures);
 

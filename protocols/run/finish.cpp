@@ -9,6 +9,7 @@
 
 #include "base/either.hpp"
 #include "base/text.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/losses.hpp"
 #include "protocols/run/run_parts.hpp"
 #include "protocols/run/take_over.hpp"

@@ -8,6 +8,7 @@
 
 #include "base/either.hpp"
 #include "base/text.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/run_parts.hpp"
 #include "protocols/run/scoped_flag.hpp"

@@ -5,17 +5,18 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 #include "protocols/rig/rig_state.hpp"
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/setup.hpp"
 
 namespace lcrig {
 
-namespace {
-
 using namespace std::chrono_literals;
 
-}  // namespace
+RestMeter::RestMeter(const RunSetup& setup, const EventLog& log, const RigState& rig)
+    : setup_(setup), log_(log), rig_(rig) {}
+RestMeter::~RestMeter() = default;
 
 void RestMeter::add(std::span<const FrameSample> samples) {
   samples_ += std::ssize(samples);
@@ -43,13 +44,13 @@ std::string_view RestMeter::no_force() const {
 }
 
 Task<Result<RestMeasurement>> RestMeter::measure(Duration at_least) {
-  open_.emplace(samples_);
+  open_ = std::make_unique<RestMeasurement>(samples_);
   const MonoTime begin = setup_.clock.now();
   const auto enough = [&] { return open_->forces() >= kRestSamples.count(); };
   co_await setup_.clock.wait_for(at_least);
   while (!enough() && setup_.clock.now() - begin < kDriftTime_s.duration())
     co_await setup_.clock.wait_for(50ms);
-  RestMeasurement rest = *std::exchange(open_, std::nullopt);
+  RestMeasurement rest = *std::exchange(open_, nullptr);
   noise_N_ = rest.scatter_N();
   if (rest.forces() == 0) {
     const std::string& step = log_.step_id();

@@ -4,18 +4,19 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 #include <string_view>
 
 #include "base/result.hpp"
 #include "base/task.hpp"
 #include "base/time.hpp"
-#include "protocols/rig/rest_measurement.hpp"
+#include "drivers/load_frame.hpp"
 
 namespace lcrig {
 
 class EventLog;
+class RestMeasurement;
 class RigState;
 struct RunSetup;
 
@@ -24,8 +25,8 @@ class RestMeter {
   static constexpr Duration kRestTime = std::chrono::milliseconds(500);  // of a measurement at rest
 
   // All must outlive it.
-  RestMeter(const RunSetup& setup, const EventLog& log, const RigState& rig)
-      : setup_(setup), log_(log), rig_(rig) {}
+  RestMeter(const RunSetup& setup, const EventLog& log, const RigState& rig);
+  ~RestMeter();
 
   void add(std::span<const FrameSample> samples);
   // Errors: no_reply when the last known force is too old to tell in which direction the force
@@ -47,7 +48,7 @@ class RestMeter {
   const EventLog& log_;
   const RigState& rig_;
   std::int64_t samples_ = 0;
-  std::optional<RestMeasurement> open_;  // filled while `measure` waits
+  std::unique_ptr<RestMeasurement> open_;  // filled while `measure` waits
   double noise_N_ = 0;
 };
 

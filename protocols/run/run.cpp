@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/either.hpp"
+#include "protocols/run/frame_watch.hpp"
 
 namespace lcrig {
 
@@ -34,6 +35,10 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
       take_over_(parts_),
       finish_(parts_, losses_, take_over_, [this] { return run_finally(); }),
       pace_(setup_.clock, setup_.planned) {}
+
+std::optional<double> Run::contact_travel_m() const {
+  return parts_.rig.contact.travel_m;
+}
 
 RunProgress Run::progress() const {
   RunProgress now = parts_.progress.now();

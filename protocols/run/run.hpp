@@ -58,7 +58,7 @@ class Run final : private LoadFrame::Listener {
   std::uint64_t failed_stops() const { return parts_.drive.failed_stops(); }
   bool commands() const { return setup_.commands; }
   RunProgress progress() const;  // as of now
-  std::optional<double> contact_travel_m() const { return parts_.rig.contact.travel_m; }
+  std::optional<double> contact_travel_m() const;
   // For the watchdog: counters that grow while the runner and the sampler are alive.
   std::uint64_t beats() const { return parts_.interrupts.ticks(); }
   const Sampler& sampler() const { return parts_.sampler; }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/either.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/steps/progress.hpp"
 
 namespace lcrig {
@@ -38,7 +39,9 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
       progress(s, still),
       log(s.clock, s.sink),
       interrupts(executor, s.clock, log, std::move(look)),
-      watch(facts_of(s), s.forecast, watch_hooks(s, log, interrupts)),
+      watch_owner(
+          std::make_unique<FrameWatch>(facts_of(s), s.forecast, watch_hooks(s, log, interrupts))),
+      watch(*watch_owner),
       rig(watch.rig()),
       meter(s, log, rig),
       drive(s, log, interrupts, watch, meter, still),
@@ -49,6 +52,7 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, const Environmen
               std::move(sampled)),
       questions(executor, log),
       stops(v, log) {}
+RunParts::~RunParts() = default;
 
 Task<ProgressKeeper::Shown> RunParts::wait_as(RunState state) {
   std::optional<ProgressKeeper::Shown> stopping;

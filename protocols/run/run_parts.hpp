@@ -3,9 +3,10 @@
 // recovery from a loss, the take-over of another run and the end of a run use all of them.
 #pragma once
 
+#include <memory>
+
 #include "protocols/run/event_log.hpp"
 #include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/levels.hpp"
 #include "protocols/run/motions.hpp"
@@ -20,11 +21,15 @@
 
 namespace lcrig {
 
+class FrameWatch;
+class RigState;
+
 struct RunParts {
   // `s` and `v` must outlive it. `look`: see InterruptQueue. `sampled`: who gets the meter's
   // readings.
   RunParts(asio::any_io_executor executor, RunSetup& s, const Environment& v,
            std::function<void()> look, Sampler::Hooks sampled);
+  ~RunParts();
 
   const RunSetup& setup;  // clock, instruments, sink
   const Environment& values;  // parameters, and the sweep variables of the current step
@@ -32,7 +37,8 @@ struct RunParts {
   ProgressKeeper progress;
   EventLog log;
   InterruptQueue interrupts;
-  FrameWatch watch;
+  const std::unique_ptr<FrameWatch> watch_owner;  // few steps need to know what it is
+  FrameWatch& watch;
   const RigState& rig;  // of the watch, as everybody may read it
   RestMeter meter;
   FrameDrive drive;

@@ -7,6 +7,7 @@
 
 #include "base/either.hpp"
 #include "protocols/expand.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/losses.hpp"
 #include "protocols/run/run_parts.hpp"

@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/run_parts.hpp"
 
 namespace lcrig {

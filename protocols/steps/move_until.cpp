@@ -10,6 +10,7 @@
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/aperture.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/rig/rig_state.hpp"
 #include "protocols/run/run_parts.hpp"
 
 namespace lcrig {

@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/rig/rig_state.hpp"
 #include "protocols/run/run_parts.hpp"
 
 namespace lcrig {

@@ -5,6 +5,7 @@
 
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/run_parts.hpp"
 
 namespace lcrig {

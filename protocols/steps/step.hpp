@@ -51,6 +51,10 @@ struct StepOf : Base {
   std::unique_ptr<StepProgress> new_progress() const final {
     return std::make_unique<typename Kind::Progress>();
   }
+
+ private:
+  friend Kind;
+  StepOf() = default;
 };
 
 struct Step {

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "protocols/file/parse.hpp"
+#include "protocols/run/frame_watch.hpp"
 #include "protocols/run/run_parts.hpp"
 #include "tests/support/run_task.hpp"
 #include "tests/support/stub_rig.hpp"

@@ -3,6 +3,8 @@
 // checks find.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <optional>
 #include <random>

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/rig/constants.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 #include "protocols/steps/hold.hpp"
 #include "tests/unit/protocols/planned.hpp"
 

@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "protocols/rig/cell_noise.hpp"
 #include "protocols/rig/tolerances.hpp"
 
 namespace lcrig {
@@ -122,7 +123,8 @@ TEST(Tolerances, AHealthyCellNeverRepeatsItselfThatOften) {
   const ForceBound rigid{Compression()};
   for (const double digit_N : {1e-5, 1e-4, 3e-4, 9e-4, 1.1e-3, 1.4e-3, 1.7e-3}) {
     SCOPED_TRACE(digit_N);
-    const auto f = tolerances_of(FrameCapabilities(), rigid, 1, 50, scatter(1e-3, digit_N), 1e-3);
+    const CellNoise seen = scatter(1e-3, digit_N);
+    const auto f = tolerances_of(FrameCapabilities(), rigid, 1, 50, &seen, 1e-3);
     ASSERT_TRUE(f.frozen_samples);
     EXPECT_LE(*f.frozen_force_s, digit_N < 1e-3 ? 0.6 : 2);
     std::mt19937 random(11);
@@ -137,8 +139,8 @@ TEST(Tolerances, AHealthyCellNeverRepeatsItselfThatOften) {
     }
     EXPECT_LT(longest, *f.frozen_samples * 3 / 4);
   }
-  EXPECT_FALSE(
-      tolerances_of(FrameCapabilities(), rigid, 1, 50, scatter(1e-4, 1e-3), 1e-4).frozen_samples);
+  const CellNoise coarse = scatter(1e-4, 1e-3);
+  EXPECT_FALSE(tolerances_of(FrameCapabilities(), rigid, 1, 50, &coarse, 1e-4).frozen_samples);
 }
 
 TEST(RestMeasurement, TellsADriftAndHowWellItIsKnown) {

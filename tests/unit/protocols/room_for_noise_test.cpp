@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "protocols/rig/cell_noise.hpp"
+#include "protocols/rig/rest_measurement.hpp"
 #include "protocols/rig/tolerances.hpp"
 
 namespace lcrig {

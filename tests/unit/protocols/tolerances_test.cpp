@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "protocols/rig/cell_noise.hpp"
 #include "protocols/rig/limits.hpp"
 #include "tests/support/watched_frame.hpp"
 
@@ -37,7 +38,8 @@ CellNoise noise_of(std::initializer_list<int> steps, double travel_m = 0) {
 
 Tolerances tolerances(double stiffness_N_m, const std::optional<CellNoise>& noise,
                       double noise_N = 1e-3, FrameCapabilities caps = watched_capabilities()) {
-  return tolerances_of(caps, ForceBound({}, stiffness_N_m), kLimit_N, kRate_Hz, noise, noise_N);
+  return tolerances_of(caps, ForceBound({}, stiffness_N_m), kLimit_N, kRate_Hz,
+                       noise ? &*noise : nullptr, noise_N);
 }
 
 TEST(Tolerances, OfATravelAreHuntingNoiseAndItsStep) {
@@ -76,8 +78,8 @@ TEST(Tolerances, OfTimeFollowTheFrame) {
   EXPECT_DOUBLE_EQ(tolerances(1e3, std::nullopt, 1e-3, slow).stall_s, 2.6);
   EXPECT_DOUBLE_EQ(tolerances(1e3, std::nullopt).settled_s, 0.5);
   const auto at = [](double rate_Hz) {
-    return tolerances_of(watched_capabilities(), ForceBound({}, 1e3), kLimit_N, rate_Hz,
-                         std::nullopt, 1e-3);
+    return tolerances_of(watched_capabilities(), ForceBound({}, 1e3), kLimit_N, rate_Hz, nullptr,
+                         1e-3);
   };
   EXPECT_DOUBLE_EQ(at(2).settled_s, 1.5);
   EXPECT_DOUBLE_EQ(at(0).settled_s, 0.5) << "of a frame that sends none";
