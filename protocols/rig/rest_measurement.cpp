@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 namespace lcrig {
@@ -141,7 +142,6 @@ double RestMeasurement::correlation() const {
 }
 
 double RestMeasurement::travel_scatter_m() const {
-  if (travels_seen_.value.size() < 3) return 0;
   const auto is_end = [this](double x) { return x == travel_min_m_ || x == travel_max_m_; };
   if (std::ranges::all_of(travels_seen_.value, is_end)) return 0;
   return std::sqrt(mean_square(residuals(travels_seen_.t_s, travels_seen_.value)));
@@ -157,8 +157,9 @@ std::optional<double> RestMeasurement::travel_m() const {
 double RestMeasurement::travel_jitter_m() const {
   const std::vector<double>& x = travels_seen_.value;
   if (std::ssize(x) < kRestSamples.count()) return 0;
-  std::vector<double> steps(x.size() - 1);
-  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = x[i + 1] - x[i];
+  std::vector<double> steps(x.size());
+  std::adjacent_difference(x.begin(), x.end(), steps.begin());
+  steps.erase(steps.begin());  // the first value itself
   const double usual = upper_median(steps);
   for (double& step : steps) step = std::abs(step - usual);
   return upper_median(steps) / kMiddleOfSteps;

@@ -23,7 +23,7 @@ std::optional<std::int64_t> run_of_equals(const CellNoise& s) {
   if (!s.alive || !(s.noise_N > 0)) return std::nullopt;
   if (s.digit_N > kCoarsestNoise * s.noise_N) return std::nullopt;
   const double p = s.digit_N > s.noise_N ? coarse_same(s.digit_N / s.noise_N)
-                                         : std::max(kEqualSteps * s.digit_N / s.noise_N, 1e-3);
+                                         : kEqualSteps * s.digit_N / s.noise_N;
   const auto n = static_cast<std::int64_t>(std::ceil(std::log(kFrozenChance.value) / std::log(p)));
   return std::max<std::int64_t>({n, kFrozenLeast.count(), kFrozenMargin.count() * s.longest_run});
 }

@@ -136,5 +136,41 @@ TEST(Forecast, ALoopIsGoodForItsContactsOnly) {
   EXPECT_TRUE(f.loop_can_hold_if_measured(1));
 }
 
+TEST(Forecast, WithoutADecelerationAFrameStopsAfterItsReaction) {
+  FrameCapabilities hard = frame();
+  hard.deceleration = Acceleration();
+  EXPECT_NEAR(speed_within_m_s(hard, 1e-4), 1e-4 / 0.02, 1e-12);
+  EXPECT_NEAR(stopping_way_m(hard, 5e-3), 1e-4, 1e-12);
+  hard.reaction = 0ms;
+  EXPECT_TRUE(std::isinf(speed_within_m_s(hard, 1e-4)));
+  EXPECT_EQ(speed_within_m_s(hard, 0), 0);
+}
+
+TEST(Forecast, AFilterSettlesWhileABatchIsUnderWay) {
+  FrameCapabilities caps = frame();
+  EXPECT_EQ(settles_after(caps), 0ms) << "no filter";
+  caps.filter = 10ms;
+  EXPECT_EQ(settles_after(caps), 0ms);
+  caps.filter = 100ms;
+  EXPECT_NEAR(to_seconds(settles_after(caps)), 0.4, 1e-9);
+  EXPECT_NEAR(to_seconds(shown_after(caps)), 0.5, 1e-9);
+}
+
+// A model that gives way nowhere says nothing of how a contact stiffens.
+TEST(Forecast, AnUnboundedModelDoesNotStiffenAMeasurement) {
+  const ForceBound rigid{Compression()};
+  Forecast f(frame(), ForceBound({}, 1000e3), ForceBound({}, 60e3), rigid);
+  f.measured(2, 80e3);
+  EXPECT_NEAR(f.bound().stiffness_N_m(1), 1.5 * 80e3, 3e3);
+}
+
+TEST(Forecast, OfARampSaysNothingOfAMeasurementThatNobodyMakes) {
+  Forecast f = of(500e3, 60e3);
+  EXPECT_FALSE(f.ramp_if_measured_N(0.5, 1, 0.2));
+  f.expect_measurement(1);
+  ASSERT_TRUE(f.ramp_if_measured_N(0.5, 1, 0.2));
+  EXPECT_NEAR(*f.ramp_if_measured_N(0.5, 1, 0.2), 1 + 0.2 * 0.04 + 0.01, 1e-9);
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -48,6 +48,22 @@ TEST(LastSeen, AMovingFrameMayHaveGoneOnUntilItsGatewayNoticed) {
   EXPECT_TRUE(compare_frame(moving, at(0.95e-3, 0, 14), tolerance())) << "away from it, too";
 }
 
+// Half as fast again as it was seen, until the gateway notices, and then its braking.
+TEST(LastSeen, AMovingFrameGoesOnForItsBrakingToo) {
+  FrameTolerance brakes = tolerance();
+  brakes.silence = Duration::zero();
+  const LastSeen moving = at(1e-3, 0.1, 10, 1e-3);
+  const double way_m = 10e-6 + 1.5e-3 * 1.5e-3 / (2 * 0.05);
+  EXPECT_TRUE(compare_frame(moving, at(1e-3 + 0.99 * way_m, 0.1, 14), brakes));
+  EXPECT_FALSE(compare_frame(moving, at(1e-3 + 1.01 * way_m, 0.1, 14), brakes));
+}
+
+TEST(LastSeen, WithoutAKnownContactTheForceOnTheWayIsNotJudged) {
+  LastSeen moving = at(1e-3, 0.1, 10, 50e-6);
+  moving.zeroed = true;
+  EXPECT_TRUE(compare_frame(moving, at(1.01e-3, 15, 14), tolerance()));
+}
+
 TEST(LastSeen, AFrameThatMayHaveBegunToMoveAfterTheLastSampleMayBeFurtherOn) {
   LastSeen begun = at(1e-3, 0.5);
   begun.begun_m_s = 0.5e-3;

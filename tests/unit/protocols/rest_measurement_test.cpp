@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -174,6 +175,88 @@ TEST(RestMeasurement, HumThatTheSamplingMakesSlowIsNoDrift) {
     rest.add(samples);
     EXPECT_FALSE(rest.drifts()) << phase;
   }
+}
+
+// Samples of this force, a hundred a second.
+RestMeasurement forces_of(std::size_t n, const std::function<double(std::size_t)>& force_N) {
+  RestMeasurement rest;
+  std::vector<FrameSample> samples(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    samples[i].received = MonoTime() + 1s + i * 10ms;
+    samples[i].force_N = force_N(i);
+  }
+  rest.add(samples);
+  return rest;
+}
+
+// Standard error of the slope of independent samples: sqrt(sum of squares / (n - 2) / sum of t^2).
+TEST(RestMeasurement, TheErrorOfADriftIsThatOfAStraightLine) {
+  // 0, 1, 0 at 0, 10, 20 ms: no slope, and two thirds are left.
+  const RestMeasurement three = forces_of(3, [](std::size_t i) { return i == 1 ? 1.0 : 0.0; });
+  EXPECT_NEAR(three.drift_N_s(), 0, 1e-9);
+  EXPECT_NEAR(three.drift_error_N_s(), std::sqrt(2.0 / 3 / 1 / (2 * 1e-4)), 1e-6);
+  EXPECT_TRUE(std::isinf(forces_of(2, [](std::size_t) { return 0.0; }).drift_error_N_s()));
+  RestMeasurement at_once;
+  std::vector<FrameSample> same(5);
+  for (std::size_t i = 0; i < same.size(); ++i) same[i].force_N = static_cast<double>(i % 2);
+  at_once.add(same);
+  EXPECT_TRUE(std::isinf(at_once.drift_error_N_s())) << "all at one instant";
+}
+
+double sum_of_squares(std::size_t n) {  // of times 10 ms apart, about their mean
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = 0.01 * (static_cast<double>(i) - static_cast<double>(n - 1) / 2);
+    sum += t * t;
+  }
+  return sum;
+}
+
+// One wave is no drift, and neither half of it shows one; only its means by quarters do: 2/pi of
+// the amplitude each, where independent samples leave a fifth of their scatter.
+TEST(RestMeasurement, AWaveMakesADriftAsUncertainAsItsMeans) {
+  const RestMeasurement wave = forces_of(100, [](std::size_t i) {
+    return std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / 100);
+  });
+  const double independent = std::sqrt(50.0 / 98 / sum_of_squares(100));
+  const double factor = 2 / std::numbers::pi * std::sqrt(25.0 / 0.5);
+  EXPECT_NEAR(wave.drift_error_N_s(), factor * independent, 0.01 * factor * independent);
+  // Samples that alternate have the same mean in every block: that makes no drift more certain.
+  const RestMeasurement turns =
+      forces_of(96, [](std::size_t i) { return i % 2 == 0 ? 1.0 : -1.0; });
+  const double left = std::sqrt(96.0 / 94 / sum_of_squares(96));
+  EXPECT_NEAR(turns.drift_error_N_s(), left, 0.01 * left);
+}
+
+// Of a micrometre of noise a range of 10 um and five standard deviations counts as standing.
+TEST(RestMeasurement, AFrameThatWandersBeyondItsJitterDoesNotStand) {
+  const auto stands = [](double wanders_m) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 1e-6);
+    std::vector<FrameSample> samples(1000);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      samples[i].travel_m = wanders_m * static_cast<double>(i) / 1000 + noise(random);
+    }
+    RestMeasurement rest;
+    rest.add(samples);
+    return rest.stands();
+  };
+  EXPECT_TRUE(stands(5e-6));
+  EXPECT_FALSE(stands(13e-6));
+}
+
+TEST(CellNoise, IsNeverLessThanTheLastLookAndForgetsSlowly) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0, 1);
+  const RestMeasurement quiet = forces_of(1000, [&](std::size_t) { return 1e-3 * normal(random); });
+  const RestMeasurement loud =
+      forces_of(4, [](std::size_t i) { return i % 2 == 0 ? 0.02 : -0.02; });
+  CellNoise noise(quiet);
+  noise.add(loud, std::nullopt);
+  EXPECT_GE(noise.sure_noise_N(), loud.scatter_N());
+  CellNoise before(loud);
+  before.add(quiet, std::nullopt);
+  EXPECT_NEAR(before.noise_N, 0.7 * loud.scatter_N(), 1e-12);
 }
 
 TEST(RestMeasurement, TellsHowATravelScattersButNotHowItsDigitFlips) {

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/rig/cell_noise.hpp"
-#include "protocols/rig/limits.hpp"
 #include "tests/support/watched_frame.hpp"
 
 namespace lcrig {
@@ -61,6 +60,10 @@ TEST(Tolerances, OfATravelAreHuntingNoiseAndItsStep) {
   const Tolerances stepped = tolerances(1e6, std::nullopt, 1e-3, coarse);
   EXPECT_NEAR(stepped.against_m, 12e-6, 1e-12);
   EXPECT_NEAR(stepped.standing_m, 12e-6, 1e-12);
+  coarse.travel_step = Length::from_si(1e-6);
+  const Tolerances both = tolerances(1e6, noise, 1e-3, coarse);
+  EXPECT_NEAR(both.against_m, 3e-6 + wanders_m, 1e-12) << "the larger one";
+  EXPECT_NEAR(both.standing_m, 3e-6 + wanders_m, 1e-12);
 }
 
 TEST(Tolerances, OfAForceAreItsNoiseOrAPartOfTheLimit) {
@@ -111,27 +114,20 @@ TEST(Tolerances, AreStoredInTheUnitsOfTheirNames) {
   EXPECT_TRUE(json.at("frozen_force_s").is_null());
 }
 
-// What the frame watches by itself: the narrower of protocol and machine.
-TEST(Limits, OfTheFrameAreThoseOfTheProtocolWithinTheMachine) {
-  FrameCapabilities caps = watched_capabilities();  // 0 to 60 mm, 10 mm/s
-  BoundLimits limits;
-  limits.force_min_N = -0.2;
-  limits.force_max_N = 1;
-  const FrameLimits wide = device_limits(limits, caps);
-  EXPECT_DOUBLE_EQ(wide.travel_min.si(), 0);
-  EXPECT_DOUBLE_EQ(wide.travel_max.si(), 60e-3);
-  EXPECT_DOUBLE_EQ(wide.speed_max.si(), 10e-3);
-  EXPECT_DOUBLE_EQ(wide.force_min.si(), -0.2);
-  EXPECT_DOUBLE_EQ(wide.force_max.si(), 1);
-  limits.travel_min_m = 5e-3;
-  limits.travel_max_m = 70e-3;
-  limits.speed_max_m_s = 2e-3;
-  const FrameLimits narrow = device_limits(limits, caps);
-  EXPECT_DOUBLE_EQ(narrow.travel_min.si(), 5e-3);
-  EXPECT_DOUBLE_EQ(narrow.travel_max.si(), 60e-3);
-  EXPECT_DOUBLE_EQ(narrow.speed_max.si(), 2e-3);
-  limits.travel_min_m = -5e-3;
-  EXPECT_DOUBLE_EQ(device_limits(limits, caps).travel_min.si(), 0);
+// A cell in the middle of a digit as coarse as this repeats it with p = erf(0.5 / sqrt(2) / s),
+// where s is its noise in digits without what the digit itself adds; fewer than one of 1e12 runs is
+// longer.
+TEST(Tolerances, ACoarseDigitRepeatsItselfMoreOften) {
+  CellNoise noise;
+  noise.alive = true;
+  noise.noise_N = 1e-3;
+  for (const auto& [digits, samples] :
+       {std::pair(1.2, 48), {1.5, 76}, {1.79, 136}, {1.81, 0}, {0.5, 17}, {1e-3, 5}, {0.0, 5}}) {
+    noise.digit_N = digits * noise.noise_N;
+    EXPECT_EQ(tolerances(1e3, noise).frozen_samples.value_or(0), samples) << digits;
+  }
+  noise.longest_run = 12;
+  EXPECT_EQ(tolerances(1e3, noise).frozen_samples.value_or(0), 48);
 }
 
 }  // namespace

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the state of a rig remembers of the course of the samples.
+#include "protocols/rig/course.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/watched_frame.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Shows samples as they are, without noise.
+struct Followed : WatchedFrame {
+  void see(std::optional<double> travel_m, std::optional<double> force_N, std::uint32_t flags = 0) {
+    FrameSample s;
+    s.received = t += 20ms;
+    s.travel_m = travel_m;
+    s.force_N = force_N;
+    s.flags = flags;
+    rig.apply(s);
+  }
+  void see_for(double seconds, double travel_m, double force_N) {
+    for (double s = 0; s < seconds; s += 0.02) see(travel_m, force_N);
+  }
+  // A contact of 100 N/mm at 1 mm with 0.05 N.
+  void place_contact() {
+    rig.contact.travel_m = 1e-3;
+    rig.contact.least.emplace(t, 1e-3, 0.05, 100e3);
+  }
+};
+
+TEST(Course, TheLargestForceOfARunIsThatOfItsSteps) {
+  Followed f;
+  f.see(1e-3, 0.8);
+  f.see(1e-3, 0.5);
+  WatchInputEvent end(WatchInput::motion_end);
+  end.force_N = 0.6;
+  f.apply(end);
+  EXPECT_DOUBLE_EQ(f.rig.course.peak_force_N, 0.8);
+  end.force_N = 0.9;
+  f.apply(end);
+  EXPECT_DOUBLE_EQ(f.rig.course.peak_force_N, 0.9);
+  f.apply(WatchInputEvent(WatchInput::retreat));
+  f.see(1e-3, 1.5);
+  f.apply(end);
+  EXPECT_DOUBLE_EQ(f.rig.course.peak_force_N, 0.9) << "on the retreat it only falls";
+  // ... unless the cell was overloaded: then nobody knows the largest force yet.
+  f.see(1e-3, std::nullopt, frame_flag::kForceOverload);
+  f.see(1e-3, 1.8);
+  EXPECT_DOUBLE_EQ(f.rig.course.peak_force_N, 1.8);
+  f.see(1e-3, 1.9);
+  EXPECT_DOUBLE_EQ(f.rig.course.peak_force_N, 1.8);
+}
+
+TEST(Course, ASampleWithoutAForceSaysNothingOfIt) {
+  for (const double direction : {-1.0, 0.0, 1.0}) {
+    Followed f;
+    f.place_contact();
+    f.see(1.01e-3, 0.7);
+    Order order = pressing(1e-5);
+    order.direction = direction;
+    order.to_N = 2;
+    order.rate_N_s = 1;
+    order.force_N = 0.7;
+    f.order(order);
+    f.see(1.011e-3, 0.7);
+    const Course before = f.rig.course;
+    const Contact::Least least = *f.rig.contact.least;
+    for (int i = 0; i < 200; ++i) f.see(1.02e-3, std::nullopt);
+    const Course& after = f.rig.course;
+    EXPECT_EQ(f.rig.contact.least->deepest_m, least.deepest_m);
+    EXPECT_EQ(f.rig.contact.least->deepest_N, least.deepest_N);
+    EXPECT_EQ(after.pressed.best_N, before.pressed.best_N);
+    EXPECT_EQ(after.idle, before.idle);
+    EXPECT_EQ(after.loop.has_value(), before.loop.has_value());
+    EXPECT_EQ(after.equal_forces, before.equal_forces);
+  }
+}
+
+TEST(Course, TheDeepestTravelIsThatOfTheWholeRun) {
+  Followed f;
+  f.place_contact();
+  f.order(pressing(1e-5));
+  f.see(1.02e-3, 1.5);
+  EXPECT_DOUBLE_EQ(f.rig.contact.least->deepest_m, 1.02e-3);
+  f.stand();
+  f.see(1.02e-3, 1.2);
+  EXPECT_NEAR(f.rig.contact.least->deepest_N, 1.2, 1e-12) << "it relaxes there";
+  f.see(1.0205e-3, 1.1);
+  EXPECT_DOUBLE_EQ(f.rig.contact.least->deepest_m, 1.0205e-3);
+  f.see(1.0201e-3, 1.0);
+  EXPECT_DOUBLE_EQ(f.rig.contact.least->deepest_m, 1.0205e-3) << "within a micrometre of it";
+  EXPECT_NEAR(f.rig.contact.least->deepest_N, 1.0, 1e-12);
+  f.see(1.01e-3, 0.3);
+  EXPECT_NEAR(f.rig.contact.least->deepest_N, 1.0, 1e-12) << "higher up the force is another one";
+}
+
+// What a motion under load counts from: the zero of the cell, or what it shows in the air.
+TEST(Course, AMotionStartsFromTheForceBeyondTheZero) {
+  for (const double travel_m : {0.9e-3, 1e-3}) {
+    Followed f;
+    f.place_contact();
+    f.see(travel_m, 0.5);
+    Order order = pressing(1e-5);
+    order.force_N = 0.5;
+    order.zero_N = 0.2;
+    f.order(order);
+    const bool in_air = travel_m < 1e-3;
+    EXPECT_NEAR(f.rig.course.pressed.zero_N, in_air ? 0.5 : 0.2, 1e-12);
+    EXPECT_NEAR(f.rig.course.pressed.start_N, in_air ? 0 : 0.3, 1e-12);
+  }
+}
+
+// While the filter of the cell follows, a retreat may still show falling forces; an approach not.
+TEST(Course, OnlyARetreatLeavesAForceThatStillFalls) {
+  for (const double direction : {-1.0, 1.0}) {
+    Followed f;
+    Order order = pressing(1e-5);
+    order.direction = direction;
+    f.order(order);
+    f.see(1e-3, 0.1);
+    f.stand();
+    EXPECT_EQ(f.rig.course.falls_until > f.t, direction < 0);
+    Followed standing;
+    standing.rig.frame.order.direction = direction;
+    standing.stand();
+    EXPECT_EQ(standing.rig.course.falls_until, MonoTime()) << "there was no motion";
+  }
+}
+
+TEST(Course, AReportedPlaceIsComparedOnceEvenIfTheNextReportHasNone) {
+  Followed f;
+  f.order(pressing(1e-5));
+  f.stand(2e-3);
+  f.stand();
+  EXPECT_EQ(f.rig.frame.reported_m, 2e-3) << "it stood already, and still does";
+  f.order(pressing(1e-5));
+  f.stand();
+  EXPECT_FALSE(f.rig.frame.reported_m) << "it moved, and nobody says where it stands";
+  // The allowance: the tolerance, the way since the order, and the step of the travel.
+  Followed g;
+  g.rig.facts.frame.travel_step = Length::from_si(2e-6);
+  g.rig.tolerances.order_travel_m = 5e-6;
+  g.stand(2e-3);
+  g.order(pressing(1e-5));
+  g.see(2e-3, 0.0);
+  ASSERT_TRUE(g.rig.course.claim);
+  EXPECT_NEAR(g.rig.course.claim->allowed_m, 5e-6 + 1.2 * 1e-5 * (0.02 + 0.2) + 1.5 * 2e-6, 1e-15);
+  g.see(2e-3, 0.0);
+  EXPECT_FALSE(g.rig.course.claim);
+}
+
+// The noise of a frame that hunts: about the force just before, not about zero.
+TEST(Course, TheNoiseAtStandstillIsThatAboutTheForceItself) {
+  Followed f;
+  f.stand();
+  for (int i = 0; i < 2000; ++i) f.see(1e-3, 5 + (i % 2 == 0 ? 0.01 : -0.01));
+  EXPECT_NEAR(f.rig.standing_noise_N(), 0.01, 0.002);
+}
+
+TEST(Course, AJumpIsToldFromAStepOfTheTravel) {
+  for (const bool shows_travel : {true, false}) {
+    Followed f;
+    f.stand();
+    for (double s = 0; s < 4; s += 0.02) f.see(1e-3, 1.0);
+    bool jumped = false;
+    for (double s = 0; s < 2; s += 0.02) {
+      f.see(shows_travel ? std::optional(1e-3) : std::nullopt, 1.5);
+      if (const auto& jump = f.rig.course.jump) {
+        jumped = true;
+        EXPECT_FALSE(jump->moves);
+        EXPECT_NEAR(jump->after_N - jump->before_N, 0.5, 1e-9);
+      }
+    }
+    EXPECT_TRUE(jumped);
+  }
+}
+
+TEST(Course, AJumpIsLookedForOnceAFrameHasStoodForAWhile) {
+  // From 1.5 s after the stop on; the two intervals are a second apart.
+  const auto first_s = [](double jump_s) {
+    Followed f;
+    f.stand();
+    const MonoTime begin = f.t;
+    for (double s = 0; s < 8; s += 0.02) {
+      f.see(1e-3, s < jump_s ? 1.0 : 1.5);
+      if (f.rig.course.jump) return to_seconds(f.t - begin);
+    }
+    return -1.0;
+  };
+  EXPECT_EQ(first_s(1.4), -1) << "it may be the end of the motion";
+  EXPECT_NEAR(first_s(1.7), 2.6, 0.15);
+  EXPECT_GT(first_s(4), 4);
+}
+
+}  // namespace
+}  // namespace lcrig
