@@ -196,5 +196,92 @@ TEST(Course, AJumpIsLookedForOnceAFrameHasStoodForAWhile) {
   EXPECT_GT(first_s(4), 4);
 }
 
+// A force in the air is one of the cell, near contact it presses, and a drift explains some of it.
+TEST(Course, AForceInTheAirDoesNotPress) {
+  const auto best_N = [](double travel_m, double drift_N_s) {
+    Followed f;
+    f.place_contact();
+    f.see(travel_m, 0.0);
+    Order order = pressing(1e-5);
+    order.drift_N_s = drift_N_s;
+    order.against_N = 10;
+    f.order(order);
+    f.see_for(3, travel_m, 0.0);
+    f.see(travel_m, 0.5);
+    return f.rig.course.pressed.best_N;
+  };
+  EXPECT_FALSE(best_N(0.9e-3, 0));
+  EXPECT_TRUE(best_N(0.995e-3, 0));
+  EXPECT_FALSE(best_N(0.995e-3, 0.1)) << "0.3 N in three seconds, twice";
+}
+
+// A specimen creeps by 1 % of its indentation a second while it is pressed, and ten times as fast
+// under a held force.
+TEST(Course, TheForceBeyondTheLeastRiseCountsTheWayWithoutCreep) {
+  for (const bool holds : {false, true}) {
+    Followed f;
+    f.place_contact();
+    f.see(1.02e-3, 2.0);
+    Order order = pressing(1e-5);
+    order.direction = holds ? 0 : 1;
+    order.holds = holds;
+    order.force_N = 2;
+    f.order(order);
+    f.see(1.02e-3, 2.0);
+    const double crept_m = (holds ? 0.1 : 0.01) * 2.0 / 100e3 * 0.02;
+    EXPECT_NEAR(f.rig.course.pressed.crept_m, crept_m, 1e-15);
+    ASSERT_TRUE(f.rig.course.pressed.best_N);
+    EXPECT_NEAR(*f.rig.course.pressed.best_N, 2 - 0.05 * 100e3 * (1.02e-3 - crept_m), 1e-9);
+  }
+}
+
+// A tenth of the force and the noise: no relaxation is as sudden.
+TEST(Course, AJumpIsMoreThanATenthOfTheForce) {
+  for (const double to_N : {1.08, 1.13}) {
+    Followed f;
+    f.stand();
+    f.see_for(4, 1e-3, 1.0);
+    bool jumped = false;
+    for (double s = 0; s < 2; s += 0.02) {
+      f.see(1e-3, to_N);
+      jumped = jumped || f.rig.course.jump;
+    }
+    EXPECT_EQ(jumped, to_N > 1.1);
+  }
+}
+
+TEST(Course, ARelaxationIsObservedForHalfASecond) {
+  Followed f;
+  f.stand();
+  f.see_for(0.7, 1e-3, 1.0);  // the first 0.3 s may belong to the motion
+  EXPECT_FALSE(f.rig.relaxes_N_s());
+  f.see_for(0.3, 1e-3, 1.0);
+  ASSERT_TRUE(f.rig.relaxes_N_s());
+  EXPECT_LT(*f.rig.relaxes_N_s(), 0.02);
+}
+
+// What a motion may take from the force, or give back, are parts of it.
+TEST(Course, AnOrderAllowsForAPartOfTheForce) {
+  const auto against_N = [](double direction, double force_N) {
+    Followed f;
+    f.see(1e-3, force_N);
+    return f.rig.order_now(direction, 1e-5, 1e-3).against_N;
+  };
+  EXPECT_NEAR(against_N(1, 2) - against_N(1, 0), 0.3 * 2, 1e-9);
+  EXPECT_NEAR(against_N(-1, 2) - against_N(-1, 0), 0.05 * 2, 1e-9);
+  EXPECT_GE(against_N(-1, 0), 0.02 * 20) << "a fiftieth of the limit does no harm";
+}
+
+TEST(Course, TheUnloadedCellShowsAtMostWhatItShowedUntouched) {
+  Cell cell;
+  EXPECT_EQ(cell.unloaded_at_most_N(), 0);
+  cell.untouched_N = 0.3;
+  cell.zeros_under_load_N = 0.1;
+  EXPECT_NEAR(cell.unloaded_N(), -0.1, 1e-12);
+  EXPECT_NEAR(cell.unloaded_at_most_N(), 0.2, 1e-12) << "the zero took a part of it";
+  cell.untouched_N = -0.5;
+  EXPECT_NEAR(cell.unloaded_at_most_N(), -0.1, 1e-12);
+}
+
 }  // namespace
 }  // namespace lcrig
