@@ -232,6 +232,39 @@ TEST_F(Probe, TellsNoStiffnessOfAContactThatIsLostAtOnce) {
               HasSubstr("nothing was measured at contact: the first step back, 0.2 um, left it"));
 }
 
+// The cell showed 0.3 N before, and the contact is counted from there.
+TEST_F(Probe, OfACellThatIsNotTaredTellsTheSame) {
+  const auto shifted = [](double travel_m) { return 0.3 + spring(travel_m); };
+  frame.force_at = shifted;
+  restart_at_rest();
+  ContactProbe tared(parts(), before_, kThreshold_N);
+  touch(shifted);
+  const auto stepped = run(tared.step_back(kTouched_m));
+  ASSERT_TRUE(stepped) << stepped.error().what;
+  EXPECT_TRUE(tared.is_contact());
+  EXPECT_LT(tared.depth_m(), 10e-6) << "twice the way from 0.02 N would be 6 um";
+  const RestMeasurement after = look_at(4e-3);
+  EXPECT_FALSE(tared.presses(after));
+  tared.conclude_stiffness(after, kSpeed_m_s);
+  ASSERT_TRUE(stiffness().stiffness_N_m);
+  EXPECT_NEAR(*stiffness().stiffness_N_m, kStiffness_N_m, 0.1 * kStiffness_N_m);
+}
+
+TEST_F(Probe, ProvesNothingOfAForceThatStays) {
+  touch([](double) { return kThreshold_N; });
+  step_back();
+  probe.conclude_stiffness(look_at(4e-3), kSpeed_m_s);
+  EXPECT_FALSE(parts().rig.contact.least);
+}
+
+// A search that overran felt a newton. What it loses on the way back is little of that, and still
+// more than contact at the threshold is.
+TEST_F(Probe, OfAnOverrunIsAContactByWhatTheThresholdTells) {
+  touch([](double travel_m) { return travel_m < kTouched_m - 1e-7 ? 0.97 : 1.0; });
+  step_back();
+  EXPECT_TRUE(probe.is_contact());
+}
+
 // The drive has lost motion, so the probe goes back only after the play was taken up.
 class ProbeWithPlay : public Probe, public testing::WithParamInterface<double> {};
 

@@ -241,6 +241,56 @@ TEST(ContactSlope, IsNotToldOfAWayOfASingleDigit) {
   }
 }
 
+// Looks a second apart at these forces, `step_m` further back each, with a noise of 1 mN.
+std::vector<RestMeasurement> looks_of(const std::vector<double>& forces_N, double step_m) {
+  std::vector<RestMeasurement> looks;
+  for (std::size_t i = 0; i < forces_N.size(); ++i) {
+    std::vector<FrameSample> samples(kSamples);
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      samples[k].received = MonoTime() + std::chrono::seconds(i + 1);
+      samples[k].force_N = forces_N[i] + (k % 2 == 0 ? 1e-3 : -1e-3);
+      samples[k].travel_m = 2e-3 - static_cast<double>(i) * step_m;
+    }
+    looks.emplace_back().add(samples);
+  }
+  return looks;
+}
+
+// One step in contact is enough, if its fall is clear.
+TEST(ContactSlope, IsToldFromASingleStep) {
+  const auto slope = contact_slope(looks_of({0.35, 0.2, 0.1}, 5e-6), 2, {0.35, 0, 0, 1e-7});
+  ASSERT_TRUE(slope);
+  EXPECT_NEAR(slope->about, 30e3, 1e3);
+}
+
+// What the cell shows once the contact was lost is no force of the contact. Only the step that lost
+// it counts, because the contact is at least as stiff as that.
+TEST(ContactSlope, DoesNotDependOnLooksAfterTheContactWasLost) {
+  const std::vector<double> forces_N{0.35, 0.2, 0.05, 0};
+  const auto alone = contact_slope(looks_of(forces_N, 5e-6), 3, {0.35, 0, 0, 1e-7});
+  ASSERT_TRUE(alone);
+  for (const double later_N : {-2.0, 0.0, 2.0}) {
+    auto more_N = forces_N;
+    more_N.push_back(later_N);
+    more_N.push_back(-later_N);
+    const auto same = contact_slope(looks_of(more_N, 5e-6), 3, {0.35, 0, 0, 1e-7});
+    ASSERT_TRUE(same) << later_N;
+    EXPECT_DOUBLE_EQ(same->at_most, alone->at_most);
+    EXPECT_DOUBLE_EQ(same->about, alone->about);
+  }
+}
+
+TEST(ContactSlope, TheFastestFallIsThatOfTheMeansAndTheirErrors) {
+  const auto looks = looks_of({0.35, 0.25, 0.4}, 0);
+  const double error_N = 3 * std::hypot(looks[0].error_N(), looks[1].error_N());
+  EXPECT_NEAR(fastest_fall_N_s(looks[0], looks[1]), 0.1 + error_N, 1e-9);
+  EXPECT_NEAR(fastest_fall_N_s(looks[0], looks[2]), 0, 1e-12) << "it rose";
+  EXPECT_EQ(seconds_between(looks[2], looks[0]), 2);
+  EXPECT_EQ(seconds_between(looks[0], RestMeasurement()), 0);
+  EXPECT_EQ(seconds_between(RestMeasurement(), looks[0]), 0);
+  EXPECT_TRUE(std::isinf(fastest_fall_N_s(looks[0], RestMeasurement())));
+}
+
 TEST(ContactSlope, WithoutATravelIsNotTold) {
   FrameSample sample;
   sample.force_N = 1;
