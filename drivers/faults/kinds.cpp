@@ -174,7 +174,7 @@ constexpr FaultKind kKinds[] = {
     {T::frame, "done_late", S::lasting, kDelay, lie<&Lies::done_late_s, &F::delay_s>},
     {T::frame, "order_late", S::lasting, kDelay, lie<&Lies::order_late_s, &F::delay_s>},
     {T::frame, "clock_frozen", S::lasting, 0, freeze_clock},
-    {T::frame, "clock_rate", S::lasting, kFactor, lie<&Lies::clock_rate, &F::factor, 1>},
+    {T::frame, "clock_rate", S::lasting, kGain, lie<&Lies::clock_rate, &F::factor, 1>},
     {T::frame, "tare_lost", S::once, kOrigin, lose_tare},
     {T::frame, "estop", S::lasting, 0, lie<&Lies::estop>},
     {T::frame, "stop_late", S::lasting, kDelay, lie<&Lies::stop_late_s, &F::delay_s>},

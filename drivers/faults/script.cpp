@@ -35,7 +35,7 @@ struct NumberParameter {
 constexpr NumberParameter kNumbers[] = {
     {kDelay, "delay_s", &Fault::delay_s, {0, 3600, true}},
     {kFactor, "factor", &Fault::factor, {1, 1e4}},
-    {kGain, "factor", &Fault::factor, {0, 1e4}},  // a load cell may show less than the true force
+    {kGain, "factor", &Fault::factor, {0, 1e4}},  // a cell may show less, a clock be slow
     {kBytes, "byte_probability", &Fault::byte_probability, kProbability},
     {kJump, "jump_s", &Fault::jump_s, kTimeChange},
     {kStep, "step_s", &Fault::step_s, kTimeChange},

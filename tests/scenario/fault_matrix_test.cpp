@@ -155,6 +155,8 @@ constexpr Row kRows[] = {
      "approach load hold measure", 0.3},
     {"clock_frozen", Victim::frame, R"("fault": "clock_frozen")", true},
     {"clock_rate", Victim::frame, R"("fault": "clock_rate", "factor": 2)", true},
+    {"clock_slow", Victim::frame, R"("fault": "clock_rate", "factor": 0.985)", true},
+    {"clock_set", Victim::frame, R"("fault": "clock_jump", "jump_s": 0.3)", true},
     {"tare_lost", Victim::frame, R"("fault": "tare_lost")", false, "", 0.3},
     {"tare_lost_told", Victim::frame, R"("fault": "tare_lost", "origin_changes": true)", false,
      kEverywhere, 0.3},
