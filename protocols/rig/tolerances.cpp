@@ -20,7 +20,7 @@ double coarse_same(double digits) {
 }
 
 std::optional<std::int64_t> run_of_equals(const CellNoise& s) {
-  if (!s.alive || !(s.noise_N > 0)) return std::nullopt;
+  if (!s.alive) return std::nullopt;
   if (s.digit_N > kCoarsestNoise * s.noise_N) return std::nullopt;
   const double p = s.digit_N > s.noise_N ? coarse_same(s.digit_N / s.noise_N)
                                          : kEqualSteps * s.digit_N / s.noise_N;

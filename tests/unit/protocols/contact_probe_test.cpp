@@ -250,6 +250,18 @@ TEST_F(Probe, OfACellThatIsNotTaredTellsTheSame) {
   EXPECT_NEAR(*stiffness().stiffness_N_m, kStiffness_N_m, 0.1 * kStiffness_N_m);
 }
 
+// The zero of a cell may err by a tenth of its class. That much more than before is no pressure.
+TEST_F(Probe, WhatTheZeroOfTheCellMayShowDoesNotPress) {
+  touch(spring);
+  step_back();
+  const double zero_N = parts().rig.zero_uncertainty_N();
+  ASSERT_GT(zero_N, 20 * frame.noise_N);
+  for (const double part : {0.5, 2.0}) {
+    frame.force_at = [=](double) { return part * zero_N; };
+    EXPECT_EQ(probe.presses(look_at(kTouched_m - 1e-6)), part > 1) << part;
+  }
+}
+
 TEST_F(Probe, ProvesNothingOfAForceThatStays) {
   touch([](double) { return kThreshold_N; });
   step_back();

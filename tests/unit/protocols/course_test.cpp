@@ -272,6 +272,19 @@ TEST(Course, AnOrderAllowsForAPartOfTheForce) {
   EXPECT_GE(against_N(-1, 0), 0.02 * 20) << "a fiftieth of the limit does no harm";
 }
 
+// What a standing frame may wander by: its tolerance, or the finest step that was seen.
+TEST(Course, AFrameStandsWithinItsToleranceOrAStepOfItsTravel) {
+  Followed f;
+  EXPECT_DOUBLE_EQ(f.rig.still_m(), f.rig.tolerances.against_m);
+  EXPECT_DOUBLE_EQ(f.rig.standing_m(), f.rig.tolerances.standing_m);
+  f.see(1e-3, 0.0);
+  f.see(1e-3 + 8e-6, 0.0);
+  EXPECT_NEAR(f.rig.still_m(), 12e-6, 1e-12);
+  EXPECT_NEAR(f.rig.standing_m(), 12e-6, 1e-12);
+  const RigState follows(watched_facts(), std::nullopt);
+  EXPECT_DOUBLE_EQ(follows.still_m(), 10e-6) << "of a frame that others move nothing is known";
+}
+
 TEST(Course, TheUnloadedCellShowsAtMostWhatItShowedUntouched) {
   Cell cell;
   EXPECT_EQ(cell.unloaded_at_most_N(), 0);

@@ -164,6 +164,15 @@ TEST(Forecast, AnUnboundedModelDoesNotStiffenAMeasurement) {
   EXPECT_NEAR(f.bound().stiffness_N_m(1), 1.5 * 80e3, 3e3);
 }
 
+TEST(Forecast, TheFastestSpeedAfterAMeasurementIsThatOfWhatItShouldFind) {
+  Forecast f = of(1000e3, 60e3);
+  EXPECT_EQ(f.fastest_if_measured_m_s(0.5, 1.5), 0) << "nobody searches for contact";
+  f.expect_measurement(2);
+  const double v = f.fastest_if_measured_m_s(0.5, 1.5);
+  EXPECT_GT(v, f.fastest_m_s(0.5, 1.5));
+  EXPECT_NEAR(*f.stop_if_measured_N(0.5, v), 1.5, 1e-9);
+}
+
 TEST(Forecast, OfARampSaysNothingOfAMeasurementThatNobodyMakes) {
   Forecast f = of(500e3, 60e3);
   EXPECT_FALSE(f.ramp_if_measured_N(0.5, 1, 0.2));

@@ -12,6 +12,12 @@ class Meter : public RunFixture {
  protected:
   RestMeter& meter() { return parts().meter; }
   const FrameState& shown() { return parts().rig.frame; }
+  Task<> slow_samples() {  // five a second
+    for (int i = 0; i < 20; ++i) {
+      co_await clock.wait_for(200ms);
+      show(1e-4 * (i % 3), 1e-3);
+    }
+  }
 };
 
 TEST_F(Meter, AForceOfLongAgoTellsNoWay) {
@@ -21,6 +27,14 @@ TEST_F(Meter, AForceOfLongAgoTellsNoWay) {
   clock.run_for(io, 1s);
   EXPECT_EQ(meter().present_force_N().error().code, Errc::no_reply);
   EXPECT_DOUBLE_EQ(*shown().force_N, 0.1) << "the last one that was known";
+}
+
+// Half a second of a slow frame is one sample or two: it is measured until there are ten.
+TEST_F(Meter, ARestMeasurementHasTenForcesAtLeast) {
+  asio::co_spawn(io, slow_samples(), asio::detached);
+  const auto rest = run(meter().measure(500ms));
+  ASSERT_TRUE(rest) << rest.error().what;
+  EXPECT_GE(rest->forces(), 10);
 }
 
 TEST_F(Meter, WhereAMotionEndedIsNewerThanTheLastSample) {
