@@ -97,7 +97,8 @@ std::optional<Edge> edge_behind(const RigState& rig) {
   const double allowed_m = std::max(rig.tolerances.against_m, kTravelSteps * rig.travel_step_m());
   return Edge("against the order")
       .add("furthest", order.direction * furthest_m)
-      .add("hunting, noise, step", -order.direction * allowed_m);
+      .add("hunting, noise, step", -order.direction * allowed_m)
+      .add("force loop before", -order.direction * rig.course.runs_on_m);
 }
 
 std::optional<Edge> edge_ahead(const RigState& rig, MonoTime t) {

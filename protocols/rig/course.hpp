@@ -41,6 +41,7 @@ struct Course {
   // Since the motion started.
   std::optional<double> from_m;  // where the frame reported to stand before it
   std::optional<double> furthest_m;  // in its direction
+  double runs_on_m = 0;  // the force loop that it interrupted may still move the frame by this
   std::optional<double> peak_N, before_N;  // largest force; previous force
   int fallen = 0;  // consecutive forces far below the peak
   struct Mark {

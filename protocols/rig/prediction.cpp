@@ -34,7 +34,7 @@ std::optional<ForceComparison> ForcePrediction::add(const FrameSample& sample) {
 std::optional<ForceComparison> ForcePrediction::add_late(const FrameSample& sample) {
   if (!late_->until) late_->until = sample.received + shown_after_;
   const bool over = sample.received > *late_->until;
-  if (!over) late_->peak_N = std::max(late_->peak_N, sample.force_N.value_or(0));
+  if (!over && sample.force_N) late_->peak_N = std::max(late_->peak_N, *sample.force_N);
   if (!is_beyond(late_->peak_N, late_->first.observed_N, cell_, late_->noise_N)) {
     if (over) late_.reset();
     return std::nullopt;

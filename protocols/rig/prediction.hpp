@@ -48,12 +48,13 @@ class ForcePrediction {
   std::optional<Permit> open_;
   std::optional<double> peak_N_;
   struct Late {  // the last motion that pressed, while the cell may still follow it
-    Late(const ForceComparison& c, double n, bool r) : first(c), noise_N(n), reported(r) {}
+    Late(const ForceComparison& c, double n, bool r)
+        : first(c), noise_N(n), reported(r), peak_N(c.observed_N) {}
     ForceComparison first;
     double noise_N;
     bool reported;  // `first` was returned
     std::optional<MonoTime> until;  // counts from the first sample after its end
-    double peak_N = 0;
+    double peak_N;  // since then
   };
   std::optional<Late> late_;
 };

@@ -248,6 +248,7 @@ void RigState::start_retreat(double noise_N) {
 void RigState::start(const Order& order, MonoTime at) {
   if (!is_watched()) return;
   const auto relaxes = relaxes_N_s();
+  course.runs_on_m = loop_runs_on_m();
   end_motion(at);
   course.pressed.relaxes_N_s = relaxes;
   frame.motion = FrameMotion::moving;
@@ -262,6 +263,17 @@ void RigState::start(const Order& order, MonoTime at) {
   course.idle = 0;
   course.loop.reset();
   start_pressing(at);
+}
+
+// A force loop moves as fast as it approaches, or as its ramp needs in the softest contact.
+double RigState::loop_runs_on_m() const {
+  const bool by_loop = frame.motion == FrameMotion::moving && frame.order.direction == 0;
+  if (!by_loop || !frame.caps.force_loop) return 0;
+  double speed_m_s = frame.caps.force_loop->approach.si();
+  if (contact.least && contact.least->stiffness_N_m > 0) {
+    speed_m_s = std::max(speed_m_s, frame.order.rate_N_s / contact.least->stiffness_N_m);
+  }
+  return stopping_way_m(frame.caps, speed_m_s);
 }
 
 void RigState::start_pressing(MonoTime at) {

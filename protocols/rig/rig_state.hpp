@@ -130,6 +130,7 @@ class RigState {
  private:
   void start(const Order& order, MonoTime at);
   void start_pressing(MonoTime at);
+  double loop_runs_on_m() const;
   void stand(MonoTime at, std::optional<double> travel_m);
   void end_motion(MonoTime at);
   bool learn_zero(const RestMeasurement& rest, bool is_unloaded);

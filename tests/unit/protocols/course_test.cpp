@@ -285,6 +285,30 @@ TEST(Course, AFrameStandsWithinItsToleranceOrAStepOfItsTravel) {
   EXPECT_DOUBLE_EQ(follows.still_m(), 10e-6) << "of a frame that others move nothing is known";
 }
 
+// Ordered out of a force loop, a frame first has to stop: 8 ms and v^2/2a at the speed of the loop.
+TEST(Course, AForceLoopThatIsInterruptedRunsOnUntilItStops) {
+  FrameCapabilities caps = watched_capabilities();
+  caps.force_loop.emplace();
+  caps.force_loop->approach = Velocity::from_si(1e-3);
+  const auto runs_on_m = [&](double direction, double rate_N_s, bool stood) {
+    Followed f;
+    f.rig.frame.caps = caps;
+    f.place_contact();
+    Order order = pressing(1e-5);
+    order.direction = direction;
+    order.rate_N_s = rate_N_s;
+    f.order(order);
+    if (stood) f.stand();
+    order.direction = -1;
+    f.order(order);
+    return f.rig.course.runs_on_m;
+  };
+  EXPECT_EQ(runs_on_m(1, 0, false), 0);
+  EXPECT_EQ(runs_on_m(0, 1, true), 0);
+  EXPECT_NEAR(runs_on_m(0, 1, false), 1e-3 * 8e-3 + 1e-6 / 0.4, 1e-12);
+  EXPECT_NEAR(runs_on_m(0, 200, false), 2e-3 * 8e-3 + 4e-6 / 0.4, 1e-12) << "0.2 kN/s at 0.1 N/um";
+}
+
 TEST(Course, TheUnloadedCellShowsAtMostWhatItShowedUntouched) {
   Cell cell;
   EXPECT_EQ(cell.unloaded_at_most_N(), 0);

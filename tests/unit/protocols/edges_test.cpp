@@ -88,6 +88,9 @@ TEST(Edges, OfTheTravelGrowWithTheOrderedSpeed) {
     EXPECT_NEAR(edge_ahead(m.rig(), m.now)->value(),
                 5e-3 + direction * (1.2 * 1e-5 * (2 + 0.2) + 7e-6 + step_m), 1e-15);
     EXPECT_NEAR(edge_behind(m.rig())->value(), 5.01e-3 - direction * step_m, 1e-15);
+    m.rig().course.runs_on_m = 4e-6;
+    EXPECT_NEAR(edge_behind(m.rig())->value(), 5.01e-3 - direction * (step_m + 4e-6), 1e-15);
+    m.rig().course.runs_on_m = 0;
     m.rig().tolerances.against_m = 9e-6;
     EXPECT_NEAR(edge_behind(m.rig())->value(), 5.01e-3 - direction * 9e-6, 1e-15);
     // A servo that passed its target may come back to it.

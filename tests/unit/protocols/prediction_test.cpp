@@ -136,6 +136,25 @@ TEST_F(ShownLate, AForceWithinThePredictionIsReportedWhenTheFilterIsOver) {
   EXPECT_EQ(late->observed_N, 0.6);
 }
 
+// A cell that is not tared shows less than nothing, and a sample without a force shows none.
+TEST(ForcePrediction, OfACellBelowZeroIsNotBrokenByZero) {
+  ForcePrediction prediction = of_class(kAssumedForceClass);
+  Permit permit = to_half_a_newton();
+  permit.threshold_N = -0.06;
+  permit.worst_N = -0.01;
+  prediction.begin(permit);
+  const auto first = prediction.end(target(-0.06), kNoise_N);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(first->exceeded);
+  FrameSample mute = shown(0, 20ms);
+  mute.force_N.reset();
+  EXPECT_FALSE(prediction.add(mute));
+  EXPECT_FALSE(prediction.add(shown(-0.061, 40ms)));
+  const auto late = prediction.add(shown(0.05, 60ms));
+  ASSERT_TRUE(late);
+  EXPECT_TRUE(late->exceeded);
+}
+
 TEST_F(ShownLate, NothingIsReportedOfNoiseNorOfLaterForces) {
   EXPECT_FALSE(show(0.515, 10ms));
   EXPECT_FALSE(show(0.7, 500ms));
