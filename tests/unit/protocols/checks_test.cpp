@@ -64,6 +64,16 @@ TEST(Checks, ADriveThatStallsIsNoticedInTwoSeconds) {
   EXPECT_THAT(frame.found->why, HasSubstr("where 0.1 mm/s were ordered"));
 }
 
+// A tenth of the ordered way is progress.
+TEST(Checks, ADriveThatCrawlsIsNoticedBelowATenthOfItsSpeed) {
+  for (const double part : {0.07, 0.15}) {
+    WatchedFrame frame;
+    frame.order(pressing(1e-4));
+    const auto crawls = [part](double s) { return Place(1e-4 * part * s, 0.01); };
+    EXPECT_EQ(frame.until_found(30, crawls).has_value(), part < 0.1) << part;
+  }
+}
+
 // A tenth of a micrometre per second, shown in micrometres: the value changes every ten seconds.
 TEST(Checks, TheSlowestSpeedOfACoarseTravelIsNoStall) {
   WatchedFrame frame;

@@ -90,6 +90,39 @@ TEST_F(Probe, StepsBackNoFurtherThanItHasTo) {
   EXPECT_GT(frame.travel_m, kContact_m - 2e-6) << "a third of the force is left at most";
 }
 
+// Steps of 0.2, 0.4, 0.8, 1.6 um leave 90, 50, 40 and 20 % of the force.
+TEST_F(Probe, StepsBackUntilThreeTenthsOfTheForceAreLeft) {
+  touch([](double travel_m) {
+    const double back_m = kTouched_m - travel_m;
+    const double part = back_m < 0.1e-6   ? 1
+                        : back_m < 0.3e-6 ? 0.9
+                        : back_m < 0.6e-6 ? 0.5
+                        : back_m < 1e-6   ? 0.4
+                        : back_m < 2e-6   ? 0.2
+                                          : 0;
+    return part * kThreshold_N;
+  });
+  step_back();
+  EXPECT_NEAR(frame.travel_m, kTouched_m - 1.6e-6, 1e-8);
+}
+
+TEST_F(Probe, StepsBackHalfAMillimetreAtMost) {
+  touch([](double) { return kThreshold_N; });
+  step_back();
+  EXPECT_NEAR(frame.travel_m, kTouched_m - 2e-7 * 2048, 1e-7) << "0.41 mm; the next is twice that";
+}
+
+// 7 % of the force are left after the first step: too little to be sure that it still touches.
+TEST_F(Probe, TellsNoStiffnessOfAContactThatMayBeLost) {
+  touch([](double travel_m) {
+    const double back_m = kTouched_m - travel_m;
+    return kThreshold_N * (back_m < 0.1e-6 ? 1 : back_m < 0.3e-6 ? 0.07 : 0);
+  });
+  step_back();
+  probe.conclude_stiffness(look_at(4e-3), kSpeed_m_s);
+  EXPECT_FALSE(stiffness().stiffness_N_m);
+}
+
 TEST_F(Probe, OfAForceThatStaysIsNoContact) {
   touch([](double) { return kThreshold_N; });
   step_back();

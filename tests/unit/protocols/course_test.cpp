@@ -273,6 +273,30 @@ TEST(Course, AnOrderAllowsForAPartOfTheForce) {
 }
 
 // What a standing frame may wander by: its tolerance, or the finest step that was seen.
+TEST(Course, TheFinestStepOfTheTravelIsItsResolution) {
+  Followed f;
+  for (const double travel_m : {1e-3, 1.004e-3, 1.006e-3, 1.010e-3}) f.see(travel_m, 0.0);
+  EXPECT_NEAR(f.rig.travel_step_m(), 2e-6, 1e-12);
+}
+
+// Twice what a contact must show, where that is more than the end of a motion may be off by.
+TEST(Course, AJumpIsMoreThanTwiceTheNoiseOfTheCell) {
+  Tolerances noisy = round_tolerances();
+  noisy.contact_force_N = 0.1;
+  for (const double to_N : {1.25, 1.36}) {
+    Followed f;
+    f.rig.tolerances = noisy;
+    f.stand();
+    f.see_for(4, 1e-3, 1.0);
+    bool jumped = false;
+    for (double s = 0; s < 2; s += 0.02) {
+      f.see(1e-3, to_N);
+      jumped = jumped || f.rig.course.jump;
+    }
+    EXPECT_EQ(jumped, to_N > 1.34);
+  }
+}
+
 TEST(Course, AFrameStandsWithinItsToleranceOrAStepOfItsTravel) {
   Followed f;
   EXPECT_DOUBLE_EQ(f.rig.still_m(), f.rig.tolerances.against_m);

@@ -17,6 +17,7 @@ TEST(ForceBound, OfALinearContactIsItsStiffnessTimesTheWay) {
   EXPECT_NEAR(bound.force_after_N(1, 4e-6), 1.2, 1e-6);
   EXPECT_NEAR(bound.force_before_N(1.2, 4e-6), 1, 1e-6);
   EXPECT_NEAR(bound.way_m(1, 1.2), 4e-6, 1e-11);
+  EXPECT_EQ(bound.way_m(-1, 0.5), bound.way_m(0, 0.5)) << "in the air nothing is pressed";
   EXPECT_EQ(bound.force_before_N(0.1, 1), 0) << "the whole compression is shorter";
 }
 

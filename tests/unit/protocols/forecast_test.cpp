@@ -173,6 +173,20 @@ TEST(Forecast, TheFastestSpeedAfterAMeasurementIsThatOfWhatItShouldFind) {
   EXPECT_NEAR(*f.stop_if_measured_N(0.5, v), 1.5, 1e-9);
 }
 
+// A specimen that stiffens: the measurement is a slope at half of the force where it is made.
+TEST(Forecast, AMeasurementShouldFindTheStiffnessAtHalfOfItsForce) {
+  const ForceBound expected([](double force) { return 20e-6 * std::sqrt(force); });
+  Forecast f(frame(), ForceBound({}, 1e9), expected);
+  f.expect_measurement(2);
+  // At 1 N it is what the model says, and 1.5 times that is trusted.
+  EXPECT_NEAR(*f.stop_if_measured_N(0.99, 1e-6) - 0.99,
+              1.5 * expected.stiffness_N_m(1) * stopping_way_m(frame(), 1e-6), 2e-4);
+}
+
+TEST(Forecast, AHostThatIsLostIsNoticedAfterASecond) {
+  EXPECT_NEAR(of(50e3).lost_way_m(1e-4), 1e-4 * 1.02 + stopping_way_m(frame(), 1e-4), 1e-9);
+}
+
 TEST(Forecast, OfARampSaysNothingOfAMeasurementThatNobodyMakes) {
   Forecast f = of(500e3, 60e3);
   EXPECT_FALSE(f.ramp_if_measured_N(0.5, 1, 0.2));

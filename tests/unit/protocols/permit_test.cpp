@@ -70,6 +70,12 @@ TEST(Permit, CountsFromWhatTheUnloadedCellShows) {
   const auto permit = permit_to_force(now, 0.35, 0.1e-3);
   ASSERT_TRUE(permit);
   EXPECT_NEAR(permit->worst_N, 0.35 + 120e3 * stopping_way_m(watched_capabilities(), 0.1e-3), 1e-9);
+  // Towards a specimen that may be anywhere: the device stops so early that 1.5 N are shown at
+  // most.
+  const auto blind = permit_to_travel(now, 20e-3, 0.1e-3);
+  ASSERT_TRUE(blind) << blind.error().what;
+  EXPECT_NEAR(blind->limits.force_max.si(),
+              1.5 - 120e3 * stopping_way_m(watched_capabilities(), 0.1e-3), 1e-6);
 }
 
 // A tenth of the class, of the nominal force, is what its zero may err.

@@ -257,6 +257,11 @@ TEST(CellNoise, IsNeverLessThanTheLastLookAndForgetsSlowly) {
   CellNoise before(loud);
   before.add(quiet, std::nullopt);
   EXPECT_NEAR(before.noise_N, 0.7 * loud.scatter_N(), 1e-12);
+  const RestMeasurement repeats = forces_of(40, [](std::size_t i) { return i < 8 ? 0.0 : 1.0; });
+  before.add(repeats, std::nullopt);
+  EXPECT_EQ(before.longest_run, 32) << "a habit of the gateway";
+  before.add(quiet, std::nullopt);
+  EXPECT_EQ(before.longest_run, 32);
 }
 
 TEST(RestMeasurement, TellsHowATravelScattersButNotHowItsDigitFlips) {

@@ -108,6 +108,30 @@ TEST_F(State, ALookThatSeesTooLittleScatterMakesNoCellALiar) {
   EXPECT_LT(motion_now(1, 1e-5).against_N, 0.25);
 }
 
+// Digits of 0.1 mN: the more a cell scatters, the fewer equal ones follow each other.
+TEST_F(State, APromiseToNoticeAFrozenCellIsKeptOrBettered) {
+  const auto look = [](double amplitude_N) {
+    RestMeasurement rest;
+    for (int i = 0; i < 40; ++i) {
+      FrameSample s;
+      s.received = MonoTime(i * 20ms);
+      s.force_N = 1e-4 * std::round(amplitude_N * 1e4 * std::sin(i));
+      s.travel_m = 0;
+      rest.add(std::span(&s, 1));
+    }
+    return rest;
+  };
+  watch().learn_zero(look(2e-4));
+  const auto first = rig().tolerances.frozen_samples;
+  ASSERT_TRUE(first);
+  watch().learn_noise(look(5e-3));
+  const auto better = rig().tolerances.frozen_samples;
+  ASSERT_TRUE(better);
+  EXPECT_LT(*better, *first);
+  watch().learn_noise(look(2e-4));
+  EXPECT_EQ(rig().tolerances.frozen_samples, better);
+}
+
 TEST_F(State, ARestThatMayTouchIsNotTheBareCell) {
   watch().learn_zero(rest_between(0.010, 0.012));
   watch().learn_zero(rest_between(0.110, 0.112), FrameWatch::Under::perhaps_contact);
@@ -239,6 +263,9 @@ TEST_F(State, KnowsWhatCannotBe) {
   broken = sound;
   broken.cell.below_zero_N = -0.1;
   EXPECT_TRUE(broken.broken_invariant()) << "a zero that raises the limit";
+  broken = sound;
+  broken.cell.hidden_N = -0.1;
+  EXPECT_TRUE(broken.broken_invariant());
   broken = RigState(facts, std::nullopt);
   broken.frame.motion = FrameMotion::moving;
   EXPECT_TRUE(broken.broken_invariant()) << "this run does not move it";
