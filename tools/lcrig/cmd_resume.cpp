@@ -84,7 +84,8 @@ class ResumeCommand final : public Command {
     if (found.size() == 1) return std::optional(found.front());
     if (found.empty()) {
       return Failure(kFailed,
-                     "no run is paused, and none was interrupted since another one was carried out",
+                     "no run is paused, and none that was interrupted since the last one that was "
+                     "carried out has steps left",
                      next_command(global, {"runs"},
                                   "then lcrig resume RUN, for one that was interrupted before"));
     }
