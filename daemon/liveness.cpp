@@ -8,6 +8,12 @@
 
 namespace lcrig {
 
+namespace {
+
+constexpr Duration kMostBetweenChecks = std::chrono::seconds(2);
+
+}  // namespace
+
 void Liveness::watch(std::string name, Duration patience, Beats beats) {
   Part part;
   part.name = std::move(name);
@@ -18,7 +24,10 @@ void Liveness::watch(std::string name, Duration patience, Beats beats) {
 
 std::vector<std::string> Liveness::check(MonoTime now) {
   std::vector<std::string> stuck;
+  const Duration between = now - std::exchange(checked_, now).value_or(now);
+  const Duration stood = std::max<Duration>(between - kMostBetweenChecks, Duration::zero());
   for (Part& part : parts_) {
+    part.moved += stood;
     const auto beats = part.beats();
     if (!beats || beats != part.last) {
       part.last = beats;

@@ -21,7 +21,9 @@ class Liveness {
   using Beats = std::function<std::optional<std::uint64_t>()>;
   void watch(std::string name, Duration patience, Beats beats);
 
-  // The parts that have hung for longer than their patience, with the time; empty: none.
+  // The parts that have hung for longer than their patience, with the time; empty: none. Ask it
+  // several times a second: where it was not asked for longer, this process stood still, and no
+  // part can have moved.
   std::vector<std::string> check(MonoTime now);
 
  private:
@@ -33,6 +35,7 @@ class Liveness {
     MonoTime moved;
   };
   std::vector<Part> parts_;
+  std::optional<MonoTime> checked_;
 };
 
 // Measures how late the event loop runs a periodic task, because of its own work or a suspended

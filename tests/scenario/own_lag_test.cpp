@@ -24,8 +24,7 @@ const char* word(LagIn in) {
   return kWords[static_cast<std::size_t>(in)];
 }
 
-class OwnLag : public support::KeptRigWorld,
-               public testing::WithParamInterface<std::tuple<LagIn, int>> {
+class LaggingWorld : public support::KeptRigWorld {
  protected:
   static constexpr const char* kProtocol =
       R"({ "format": "load-protocol/1", "name": "lags", "on_loss": "wait", "on_loss_timeout_s": 60,
@@ -87,6 +86,8 @@ class OwnLag : public support::KeptRigWorld,
   bool alarmed_ = false;
 };
 
+class OwnLag : public LaggingWorld, public testing::WithParamInterface<std::tuple<LagIn, int>> {};
+
 TEST_P(OwnLag, IsNotBlamedOnTheFrame) {
   const auto [in, lag_ms] = GetParam();
   const Duration lag = std::chrono::milliseconds(lag_ms);
@@ -127,6 +128,64 @@ INSTANTIATE_TEST_SUITE_P(Each, OwnLag,
                                           testing::Values(600, 1500, 5000)),
                          [](const auto& c) {
                            return fmt::format("{}_{}", word(std::get<0>(c.param)),
+                                              std::get<1>(c.param));
+                         });
+
+// Under a held force, pressed and on the way down: whatever the computer did meanwhile, the run
+// ends unloaded, or says that nobody knows.
+enum class LongLagIn { load, hold, stay, clear };
+const char* step_of(LongLagIn in) {
+  constexpr const char* kSteps[] = {"load", "hold", "stay", "clear"};
+  return kSteps[static_cast<std::size_t>(in)];
+}
+
+// The computer stands still for as long as half a minute, or longer than `finally` may take, while
+// the specimen is loaded or on its way to be unloaded.
+class LongLag : public LaggingWorld,
+                public testing::WithParamInterface<std::tuple<LongLagIn, int>> {
+ protected:
+  static constexpr const char* kLoaded =
+      R"({ "format": "load-protocol/1", "name": "loaded", "on_loss": "wait", "on_loss_timeout_s": 60,
+      "limits": { "force_N": [-0.2, 1.5], "travel_mm": [-10, 10], "speed_mm_s": 2 },
+      "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1,
+        "aperture": "fast" }, "frame": { "rate_Hz": 50 } },
+      "steps": [ { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+                 { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.05,
+                   "back_off_mm": 0.2, "timeout_s": 120 },
+                 { "id": "load", "do": "ramp", "to": { "force_N": 1.0 }, "speed_mm_s": 0.01,
+                   "timeout_s": 300 },
+                 { "id": "hold", "do": "hold", "hold": "force", "force_N": 1.0, "for_s": 5 },
+                 { "id": "stay", "do": "record", "for_s": 5 } ],
+      "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 0.5,
+                     "timeout_s": 110 } ] })";
+};
+
+TEST_P(LongLag, EndsUnloadedOrSaysThatItMayBeLoaded) {
+  const auto [in, lag_ms] = GetParam();
+  ASSERT_TRUE(answer(*client_, "watch").contains("result"));
+  ASSERT_TRUE(answer(*client_, "run.start", start_request(kLoaded)).contains("result"));
+  const std::string in_step = step_of(in);
+  ASSERT_TRUE(until([&] { return step_ == in_step; })) << ended_ << all_events();
+  go_on(1s);
+  stand_still(std::chrono::milliseconds(lag_ms));
+  const auto over = [&] { return !ended_.is_null(); };
+  EXPECT_TRUE(until(over) || until(over)) << "in 160 s";
+  go_on(2s);
+  const double left_N = instruments_->door()->plant()->force_N(clock.now());
+  if (lag_ms <= 30'000) {
+    EXPECT_EQ(ended_["exit_status"], "success") << ended_ << all_events();
+    EXPECT_LT(left_N, 0.01) << in_step;
+  } else if (left_N >= 0.01) {
+    EXPECT_THAT(ended_.value("reason", ""), HasSubstr("loaded"));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, LongLag,
+                         testing::Combine(testing::Values(LongLagIn::load, LongLagIn::hold,
+                                                          LongLagIn::stay, LongLagIn::clear),
+                                          testing::Values(1500, 30'000, 300'000)),
+                         [](const auto& c) {
+                           return fmt::format("{}_{}", step_of(std::get<0>(c.param)),
                                               std::get<1>(c.param));
                          });
 

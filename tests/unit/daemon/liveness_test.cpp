@@ -47,6 +47,19 @@ TEST(Liveness, APartWithoutWorkMayRest) {
   EXPECT_THAT(parts.check(at(202s)), ElementsAre(HasSubstr("2.0 s")));
 }
 
+// The whole process was stopped for a minute. A part that hangs after it is found all the same.
+TEST(Liveness, NobodyHangsWhileTheProcessItselfStandsStill) {
+  std::uint64_t beats = 1;
+  Liveness parts;
+  parts.watch("the runner", 20s, [&] { return std::optional(beats); });
+  EXPECT_THAT(parts.check(at(0s)), IsEmpty());
+  EXPECT_THAT(parts.check(at(60s)), IsEmpty());
+  for (int second = 61; second <= 77; ++second) {
+    EXPECT_THAT(parts.check(at(second * 1s)), IsEmpty()) << second;
+  }
+  EXPECT_THAT(parts.check(at(79s)), ElementsAre(HasSubstr("21.0 s")));
+}
+
 TEST(LoopLag, TellsWhatIsLateAndKeepsTheWorst) {
   LoopLag lag(200ms);
   EXPECT_FALSE(lag.note(at(1s), at(1s + 150ms)));
