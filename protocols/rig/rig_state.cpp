@@ -265,7 +265,8 @@ void RigState::start(const Order& order, MonoTime at) {
   start_pressing(at);
 }
 
-// A force loop moves as fast as it approaches, or as its ramp needs in the softest contact.
+// A force loop moves as fast as it approaches, or as its ramp needs in the softest contact. Its
+// last samples may still be under way.
 double RigState::loop_runs_on_m() const {
   const bool by_loop = frame.motion == FrameMotion::moving && frame.order.direction == 0;
   if (!by_loop || !frame.caps.force_loop) return 0;
@@ -273,7 +274,7 @@ double RigState::loop_runs_on_m() const {
   if (contact.least && contact.least->stiffness_N_m > 0) {
     speed_m_s = std::max(speed_m_s, frame.order.rate_N_s / contact.least->stiffness_N_m);
   }
-  return stopping_way_m(frame.caps, speed_m_s);
+  return kUnderWay_s * speed_m_s + stopping_way_m(frame.caps, speed_m_s);
 }
 
 void RigState::start_pressing(MonoTime at) {

@@ -309,7 +309,8 @@ TEST(Course, AFrameStandsWithinItsToleranceOrAStepOfItsTravel) {
   EXPECT_DOUBLE_EQ(follows.still_m(), 10e-6) << "of a frame that others move nothing is known";
 }
 
-// Ordered out of a force loop, a frame first has to stop: 8 ms and v^2/2a at the speed of the loop.
+// Ordered out of a force loop, a frame first has to stop: 8 ms and v^2/2a at the speed of the loop,
+// of which the last samples come up to 0.2 s later.
 TEST(Course, AForceLoopThatIsInterruptedRunsOnUntilItStops) {
   FrameCapabilities caps = watched_capabilities();
   caps.force_loop.emplace();
@@ -329,8 +330,9 @@ TEST(Course, AForceLoopThatIsInterruptedRunsOnUntilItStops) {
   };
   EXPECT_EQ(runs_on_m(1, 0, false), 0);
   EXPECT_EQ(runs_on_m(0, 1, true), 0);
-  EXPECT_NEAR(runs_on_m(0, 1, false), 1e-3 * 8e-3 + 1e-6 / 0.4, 1e-12);
-  EXPECT_NEAR(runs_on_m(0, 200, false), 2e-3 * 8e-3 + 4e-6 / 0.4, 1e-12) << "0.2 kN/s at 0.1 N/um";
+  EXPECT_NEAR(runs_on_m(0, 1, false), 1e-3 * (0.2 + 8e-3) + 1e-6 / 0.4, 1e-12);
+  EXPECT_NEAR(runs_on_m(0, 200, false), 2e-3 * (0.2 + 8e-3) + 4e-6 / 0.4, 1e-12)
+      << "0.2 kN/s at 0.1 N/um";
 }
 
 TEST(Course, TheUnloadedCellShowsAtMostWhatItShowedUntouched) {
