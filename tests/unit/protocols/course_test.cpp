@@ -269,7 +269,15 @@ TEST(Course, AnOrderAllowsForAPartOfTheForce) {
   };
   EXPECT_NEAR(against_N(1, 2) - against_N(1, 0), 0.3 * 2, 1e-9);
   EXPECT_NEAR(against_N(-1, 2) - against_N(-1, 0), 0.05 * 2, 1e-9);
-  EXPECT_GE(against_N(-1, 0), 0.02 * 20) << "a fiftieth of the limit does no harm";
+  Followed f;
+  const double zero_N = f.rig.zero_uncertainty_N();
+  ASSERT_GT(zero_N, 0);
+  EXPECT_NEAR(against_N(-1, 0), 0.02 * 20 + zero_N, 1e-9)
+      << "a fiftieth of the limit does no harm, and the zero may err";
+  // Pressing never makes a specimen pull, so it ends at the lower limit.
+  f.rig.limits.force_min_N = -0.1;
+  f.see(1e-3, 0.2);
+  EXPECT_NEAR(f.rig.order_now(1, 1e-5, 1e-3).against_N, 0.3, 1e-9);
 }
 
 // What a standing frame may wander by: its tolerance, or the finest step that was seen.
@@ -295,6 +303,13 @@ TEST(Course, AJumpIsMoreThanTwiceTheNoiseOfTheCell) {
     }
     EXPECT_EQ(jumped, to_N > 1.34);
   }
+}
+
+TEST(Course, ADepthIsAsSureAsPlaceStepAndNoiseOfTheTravel) {
+  Followed f;
+  f.rig.facts.frame.travel_step = Length::from_si(2e-6);
+  f.rig.tolerances.travel_noise_m = 3e-6;
+  EXPECT_NEAR(f.rig.travel_tolerance_m(), 1e-6 + 1.5 * 2e-6 + 5 * 3e-6, 1e-15);
 }
 
 TEST(Course, AFrameStandsWithinItsToleranceOrAStepOfItsTravel) {

@@ -137,6 +137,14 @@ TEST_F(ShownLate, AForceWithinThePredictionIsReportedWhenTheFilterIsOver) {
 }
 
 // A cell that is not tared shows less than nothing, and a sample without a force shows none.
+TEST(ForcePrediction, AMotionWithoutAnyForceIsNotCompared) {
+  ForcePrediction prediction = of_class(kAssumedForceClass);
+  prediction.begin(to_half_a_newton());
+  MotionOutcome blind;
+  blind.reason = MotionEnd::target;
+  EXPECT_FALSE(prediction.end(blind, kNoise_N));
+}
+
 TEST(ForcePrediction, OfACellBelowZeroIsNotBrokenByZero) {
   ForcePrediction prediction = of_class(kAssumedForceClass);
   Permit permit = to_half_a_newton();

@@ -228,6 +228,37 @@ TEST(RestMeasurement, AWaveMakesADriftAsUncertainAsItsMeans) {
   EXPECT_NEAR(turns.drift_error_N_s(), left, 0.01 * left);
 }
 
+// Rounding leaves less than nothing about a straight line.
+TEST(RestMeasurement, OfAPerfectDriftTheErrorIsNothing) {
+  for (int slope = 1; slope < 200; ++slope) {
+    const RestMeasurement rest =
+        forces_of(20, [&](std::size_t i) { return 0.37 + 1e-3 * slope * static_cast<double>(i); });
+    EXPECT_GE(rest.drift_error_N_s(), 0) << slope;
+    EXPECT_LT(rest.drift_error_N_s(), 1e-6) << slope;
+  }
+}
+
+TEST(RestMeasurement, ADigitIsMoreThanRounding) {
+  EXPECT_DOUBLE_EQ(forces_of(2, [](std::size_t i) { return i == 0 ? 0.0 : 1.5e-9; }).digit_N(),
+                   1.5e-9);
+  EXPECT_EQ(forces_of(2, [](std::size_t i) { return i == 0 ? 0.0 : 0.5e-9; }).digit_N(), 0);
+}
+
+// Steps of the same length are a motion, however short: they jitter by nothing.
+TEST(RestMeasurement, AFrameThatGoesSteadilyOrSaysThatItMovesDoesNotStand) {
+  std::vector<FrameSample> samples(10);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].travel_m = 1.4e-6 * static_cast<double>(i);
+  }
+  RestMeasurement goes, flagged;
+  goes.add(samples);
+  EXPECT_FALSE(goes.stands());
+  for (FrameSample& s : samples) s.travel_m = 1e-3;
+  samples[5].flags = frame_flag::kMoving;
+  flagged.add(samples);
+  EXPECT_FALSE(flagged.stands());
+}
+
 // Of a micrometre of noise a range of 10 um and five standard deviations counts as standing.
 TEST(RestMeasurement, AFrameThatWandersBeyondItsJitterDoesNotStand) {
   const auto stands = [](double wanders_m) {
