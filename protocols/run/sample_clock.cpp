@@ -14,7 +14,7 @@ namespace {
 // Arrivals of this time are compared, the quickest one of each part of it.
 constexpr double kWindow_s = 10, kPart_s = 0.25;
 constexpr double kFrozen_s = 0.5;
-constexpr double kToldError = 0.01;  // worse than any crystal
+constexpr double kReportedError = 0.01;  // worse than any crystal
 // A clock is as fast as it was in the first ten seconds, but for their jitter and its warming.
 constexpr double kChanges = 0.003;
 constexpr double kShortest_s = 2;  // from which its rate is measured
@@ -72,7 +72,7 @@ std::optional<SampleClock::News> SampleClock::follow(double host_s, double devic
     return std::nullopt;
   }
   if (!stands_since_s_) stands_since_s_ = host_s;
-  if (host_s - *stands_since_s_ < kFrozen_s || std::exchange(frozen_told_, true)) return {};
+  if (host_s - *stands_since_s_ < kFrozen_s || std::exchange(frozen_reported_, true)) return {};
   return News(
       EventKind::device_clock_frozen,
       fmt::format("the device's clock stands at {:.3f} s: nobody knows how old its samples are",
@@ -126,8 +126,8 @@ std::optional<SampleClock::News> SampleClock::judge_rate() {
   if (span_s < kWindow_s) return std::nullopt;
   is_measured_ = true;
   is_useless_ = std::abs(rate - 1) > kMostError;
-  if (std::abs(rate - 1) < kToldError + kStraight_s / span_s || std::exchange(rate_told_, true))
-    return std::nullopt;
+  const bool is_right = std::abs(rate - 1) < kReportedError + kStraight_s / span_s;
+  if (is_right || std::exchange(rate_reported_, true)) return std::nullopt;
   return News(
       EventKind::device_clock_rate,
       fmt::format("the device's clock went {:.3f} s in {:.3f} s: its rate is wrong", device, host));

@@ -47,7 +47,7 @@ class SampleClock {
   std::deque<Arrival> quickest_;  // the quickest one of each part of the last seconds
   double slowest_ = 1 - kMostError, fastest_ = 1 + kMostError;  // rates that it may have
   bool is_measured_ = false;
-  bool frozen_told_ = false, rate_told_ = false;
+  bool frozen_reported_ = false, rate_reported_ = false;
   bool is_useless_ = false;  // its rate is no clock's
 };
 
